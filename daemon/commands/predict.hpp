@@ -31,10 +31,11 @@ struct PredictOptions {
 std::string predict(const PredictOptions& options);
 
 /// The settled motion of every case of a file {"cases": [{"name", "params": {"f_hz", "g", "mu_k", "mu_s",
-/// "tilt_deg", "base_accel": [{"q", "a", "phase"}], "vertical_accel": [...], optional "v_start"}}]}, in SI
-/// units and radians, as a JSON object {name: {"v_D", "D", "eta", "v_at_t0", "state_at_t0", "events": [[t/T,
-/// from, to]], ...}} and a newline. Numbers carry all the digits of a double. Throws InputError naming file,
-/// case and key.
+/// "tilt_deg", "base_accel": [{"q", "a", "phase"}], "vertical_accel": [...], optional "v_start", "phases": n,
+/// and of Friction "law", "viscous", "backward", "log_share", "log_velocity", "presliding", "stribeck"}}]},
+/// in SI units and radians, as a JSON object {name: {"v_D", "D", "eta", "v_at_t0", "state_at_t0", "events":
+/// [[t/T, from, to]], "v": [of n phases], ...}} and a newline. Numbers carry all the digits of a double.
+/// Throws InputError naming file, case and key.
 std::string predict_cases(const std::filesystem::path& file);
 
 /// Harmonics of an acceleration as typed by a person, "1:4.9@0,2:0.5g@35deg": order, amplitude and phase

@@ -1,6 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <initializer_list>
@@ -87,7 +88,9 @@ Harmonics<Acceleration> harmonics_at(const Place& params, const char* key) {
 }
 
 walker::WalkerSetting setting_at(const Place& params) {
-    params.allow_only({"f_hz", "g", "mu_k", "mu_s", "tilt_deg", "base_accel", "vertical_accel", "v_start"});
+    params.allow_only({"f_hz", "g", "mu_k", "mu_s", "tilt_deg", "base_accel", "vertical_accel", "v_start",
+                       "law", "phases", "viscous", "backward", "log_share", "log_velocity", "presliding",
+                       "stribeck"});
     walker::WalkerSetting s;
     s.frequency = params.number("f_hz", 1e-3, 1e5);
     s.g = params.number("g", 1e-3, 1e3);
@@ -97,6 +100,23 @@ walker::WalkerSetting setting_at(const Place& params) {
         params.fail(
             fmt::format("mu_s is {}; allowed is mu_k = {} or more", s.friction.mu_s, s.friction.mu_k));
     }
+    if (params.has("law")) {
+        const std::string law = params.text("law");
+        const auto* known = std::ranges::find(walker::friction_laws, law);
+        if (known == walker::friction_laws.end())
+            params.fail(
+                fmt::format("law is \"{}\"; known are {}", law, fmt::join(walker::friction_laws, ", ")));
+        s.friction.law = static_cast<walker::FrictionLaw>(known - walker::friction_laws.begin());
+    }
+    const auto optional = [&](const char* key, double& value, Range allowed) {
+        if (params.has(key)) value = params.number(key, allowed.min, allowed.max);
+    };
+    optional("viscous", s.friction.viscous, {0, 1e4});
+    optional("backward", s.friction.backward, {0.1, 10});
+    optional("log_share", s.friction.log_share, {0, 10});
+    optional("log_velocity", s.friction.log_velocity, {1e-6, 10});
+    optional("presliding", s.friction.presliding, {1e-8, 1e-3});
+    optional("stribeck", s.friction.stribeck, {1e-5, 10});
     s.tilt = params.number("tilt_deg", -89, 89) * std::numbers::pi / 180;
     s.base = harmonics_at(params, "base_accel");
     s.vertical = harmonics_at(params, "vertical_accel");
@@ -113,29 +133,70 @@ auto naming(const Place& params, const char* keys, Compute compute) {
     }
 }
 
+/// The settled motion, and D of the first periods from v_start (m/s).
+struct Motion {
+    walker::SteadyState settled;
+    std::array<double, 5> first{};  // m
+};
+
+Motion motion_of(const walker::WalkerSetting& setting, double v_start) {
+    Motion m;
+    const auto begin = [&](auto walker) {
+        for (double& D : m.first) D = walker.advance_period();
+    };
+    if (setting.friction.closed_form()) {  // exact
+        const walker::WalkerLaw law{setting};
+        m.settled = settle(law, v_start);
+        begin(walker::Walker{law, v_start});
+    } else {
+        begin(walker::IntegratedWalker{setting, v_start});
+        walker::IntegratedWalker walker{setting, v_start};
+        walker::WarmStart start;
+        start.v = v_start;
+        m.settled = settle_quickly(walker, start);
+    }
+    return m;
+}
+
+/// The settled v at t/T = i/count from v0, the settled velocity at phase 0, m/s.
+Json velocities(const walker::WalkerSetting& setting, double v0, int count) {
+    walker::IntegratedWalker walker{setting, v0};
+    if (!setting.friction.closed_form()) {  // v0 is not all of its state
+        walker::WarmStart start;
+        start.v = v0;
+        settle_quickly(walker, start);
+    }
+    walker.observe(static_cast<std::size_t>(count));
+    walker.advance_period();
+    const TrigPolynomial base = base_velocity(setting);
+    Json list = Json::array();
+    for (int i = 0; const double v_R : walker.relative()) list.push_back(v_R + base(two_pi * i++ / count));
+    return list;
+}
+
 Json answer(const Place& params) {
     const walker::WalkerSetting setting = setting_at(params);
     const double v_start = params.has("v_start") ? params.number("v_start", -1e4, 1e4) : 0;
-    const walker::WalkerLaw law =
-        naming(params, "vertical_accel", [&] { return walker::WalkerLaw{setting}; });
-    const walker::SteadyState s = naming(params, "tilt_deg, mu_k", [&] { return settle(law, v_start); });
+    naming(params, "vertical_accel", [&] { return checked(setting); });
+    const auto [s, first] = naming(params, "tilt_deg, mu_k", [&] { return motion_of(setting, v_start); });
     const double eta = std::abs(s.v_D) / walker::v_rms(setting.base, setting.frequency);
-    Json events = Json::array(), startup = Json::array();
+    Json events = Json::array();
     for (const walker::WalkerEvent& e : s.events) {
         events.push_back({e.phase, static_cast<int>(e.from), static_cast<int>(e.to)});
     }
-    walker::Walker walker{law, v_start};
-    for (int k = 0; k < 5; ++k) startup.push_back(walker.advance_period());
-    return {{"v_D", s.v_D},
-            {"D", s.D},
-            {"eta", std::isfinite(eta) ? Json(eta) : Json()},
-            {"v_at_t0", s.v0},
-            {"state_at_t0", static_cast<int>(s.contact0)},
-            {"events", events},
-            {"stick_fraction", s.rest_fraction},
-            {"startup_D", startup},
-            {"periods_to_converge", s.periods},
-            {"contraction_per_period", s.contraction}};
+    Json found{{"v_D", s.v_D},
+               {"D", s.D},
+               {"eta", std::isfinite(eta) ? Json(eta) : Json()},
+               {"v_at_t0", s.v0},
+               {"state_at_t0", static_cast<int>(s.contact0)},
+               {"events", events},
+               {"stick_fraction", s.rest_fraction},
+               {"startup_D", first},
+               {"periods_to_converge", s.periods},
+               {"contraction_per_period", s.contraction}};
+    if (params.has("phases"))
+        found["v"] = velocities(setting, s.v0, static_cast<int>(params.number("phases", 2, 1e5)));
+    return found;
 }
 
 Json parsed(const std::filesystem::path& file) {

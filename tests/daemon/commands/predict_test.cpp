@@ -10,6 +10,7 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/walker/no_stick.hpp"
+#include "drivers/walker/steady_state.hpp"
 #include "tests/support/paths.hpp"
 
 namespace shaker::commands {
@@ -94,6 +95,35 @@ TEST(PredictCasesTest, NumbersCarryAllTheDigitsOfADouble) {
     const Json answer = answers(one_case()).at("odd one");
     const double v_D = answer.at("v_D"), D = answer.at("D");
     EXPECT_NEAR(v_D * 0.05 / D, 1, 4e-16);  // two roundings
+}
+
+TEST(PredictCasesTest, EachLawGivesItsCycleAndItsVelocity) {
+    for (const std::string_view law : walker::friction_laws) {
+        SCOPED_TRACE(law);
+        const Json found = answers(one_case([&](Json& p) {
+                               p["law"] = law;
+                               p["mu_s"] = law == "stribeck" || law == "lugre" ? 0.13 : 0.113;
+                               p["viscous"] = 2;
+                               p["phases"] = 400;
+                           })).at("odd one");
+        walker::WalkerSetting same;
+        same.frequency = 20;
+        same.friction.law = static_cast<walker::FrictionLaw>(std::ranges::find(walker::friction_laws, law) -
+                                                             walker::friction_laws.begin());
+        same.friction.viscous = 2;
+        same.friction.mu_s = law == "stribeck" || law == "lugre" ? 0.13 : 0.113;
+        same.base.at(1) = same.base.at(2) = 4.9;
+        const double V = 9.8 / (two_pi * 20);
+        EXPECT_NEAR(found.at("v_D"), settle(same).v_D, 1e-7 * V);
+        double mean = 0;
+        ASSERT_EQ(found.at("v").size(), 400U);
+        for (const double v : found.at("v")) mean += v / 400;
+        EXPECT_NEAR(mean, found.at("v_D"), 1e-4 * V);  // of 400 phases, with kinks
+        EXPECT_NEAR(found.at("v")[0], found.at("v_at_t0"), 1e-7 * V);
+    }
+    EXPECT_NE(error_of(one_case([](Json& p) { p["law"] = "Dhal"; }).dump())
+                  .find("law is \"Dhal\"; known are coulomb, logarithmic"),
+              std::string::npos);
 }
 
 TEST(PredictCasesTest, TheStartChoosesBetweenTwoCycles) {
