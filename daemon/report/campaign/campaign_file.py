@@ -8,7 +8,7 @@ import tomllib
 import h5py
 import numpy as np
 
-from coulomb_law import G, Drives
+from walker_law import G, Drives
 
 MOST_EVENTS = 2000      # lines of the journal in the page
 MOST_TEXT = 200_000     # characters of a text from a file

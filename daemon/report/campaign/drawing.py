@@ -10,6 +10,7 @@ import numpy as np
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#a6761d"]
 MARKERS = ["o", "s", "D", "^", "v", "P"]
 LINES = ["-", (0, (6, 1)), (0, (4, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)), (0, (3, 3))]
+REFUSED = (0, (2, 2))  # curves of a law that the data refuse
 PAPER = "#888888"  # curves and numbers of the paper
 KINDS = {"pdf": {"CreationDate": None}, "png": {}, "svg": {"Date": None}}  # files of a figure, with their metadata
 

@@ -1,11 +1,11 @@
-"""Figs. 2(a), 2(c), 2(d): one period of the walker. Points: measured; lines: exact Coulomb law with mu_ac on the drive as
-asked for; black: velocity of the base."""
+"""Figs. 2(a), 2(c), 2(d): one period of the walker. Points: measured; lines: the law of the source on the drive as asked
+for; black: velocity of the base."""
 import matplotlib.pyplot as plt
 import numpy as np
 
-from coulomb_law import G, settle, velocity_over_period
-from drawing import Missing, colour_of, key, points
+from drawing import Missing, colour_of, key, plain, points
 from settings import near_phase
+from walker_law import G
 
 GAMMAS = (0.5, 1.0, 2.0)   # g, as in the paper where they were measured
 FINE = np.linspace(0, 1, 601)
@@ -33,11 +33,10 @@ def with_line(source, row, sources):
 
 
 def law_cycle(source, row):
-    """v(t) and x(t) - x(0) of the exact law at the phases FINE."""
-    mu = source.analysis.mu
+    """v(t) and x(t) - x(0) of the law at the phases FINE."""
     drives = source.campaign.asked_drives([row])
-    motion = settle(drives, mu)
-    v = velocity_over_period(drives, motion, 0, mu, FINE)
+    v = source.law.settle(drives, phases=len(FINE) - 1).v[0]
+    v = np.append(v, v[0])
     step = (v[1:] + v[:-1]) / 2 * (FINE[1] - FINE[0]) / drives.frequency[0]
     return v, np.concatenate([[0], np.cumsum(step)])
 
@@ -61,9 +60,16 @@ def fig_2a(sources):
         raise Missing("it needs points at phi = 0 or 90 deg.")
     axes.set(xlabel="t / T", ylabel="x − x(0) (mm)", xlim=(0, 1))
     key(axes, [(f"γ = {g:g} g", {"color": colour_of(k), "lw": 2}) for g, k in sorted(found.items())], loc="upper left")
-    key(axes, [("φ = 0", {"marker": "s"}), ("φ = π/2", {"marker": "D"}), ("exact law", {"lw": 0.9})]
-        + source_entries(sources), loc="center left", bbox_to_anchor=(0, 0.6))
+    key(axes, [("φ = 0", {"marker": "s"}), ("φ = π/2", {"marker": "D"})]
+        + law_entries(sources) + source_entries(sources), loc="center left", bbox_to_anchor=(0, 0.6))
     return figure
+
+
+def law_entries(sources):
+    first = {}
+    for s in sources:
+        first.setdefault(plain(s.law.words), {"lw": 0.9, "ls": s.line})
+    return list(first.items())
 
 
 def source_entries(sources):
@@ -109,7 +115,7 @@ def velocities(sources, phi, name):
     axes.set(xlabel="t / T", ylabel="v / V,  V = γ/ω", xlim=(0, 1))
     axes.set_title(f"φ = {name}", fontsize=9)
     entries = [(f"γ = {g:g} g", {"color": colour_of(k), "marker": "o"}) for g, k in sorted(colours.items())]
-    key(axes, entries + [("base", {"color": "black", "lw": 1.1}), ("exact law", {"lw": 0.9})],
+    key(axes, entries + [("base", {"color": "black", "lw": 1.1})] + law_entries(sources),
         loc="upper left" if phi == 0 else "upper right")
     if source_entries(sources):
         key(axes, source_entries(sources), loc="lower center")

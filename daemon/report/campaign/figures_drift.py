@@ -1,13 +1,14 @@
-"""Figs. 2(b), 3(a), 3(b), 4, and the residuals of the exact law.
+"""Figs. 2(b), 3(a), 3(b), 4, and the residuals of Coulomb's law.
 
-Lines: exact Coulomb law with mu_ac on the drive as asked for, its band +-2 errors of mu_ac. Dashed: the closed form."""
+Lines: the law of the source on the drive as asked for, its band +-2 errors of mu. Dashed: the closed form."""
 import matplotlib.pyplot as plt
 import numpy as np
 
-from coulomb_law import G, closed_drift, closed_theta
-from drawing import PAPER, Missing, angle_name, band, colour_of, key, plain, points, with_error
-from paper_numbers import MU_PAPER, PAPER_COSINES
+from drawing import PAPER, REFUSED, Missing, angle_name, band, colour_of, key, plain, points, with_error
+from fits import MU_PAPER
+from paper_numbers import PAPER_COSINES
 from sources import folded, gamma_range, phases_with_gammas
+from walker_law import G, closed_drift, closed_theta
 
 CLOSED = (0, (4, 2))
 PHI = np.linspace(0, 2 * np.pi, 121)
@@ -24,9 +25,9 @@ def fig_2b(sources):
         for s in sources:
             draw_drift(axes, s, phi, colour_of(k), lambda v, rows: 1e3 * v, "v_D_errors", 1e3)
             if s.curves:
-                band(axes, gamma / G, *(1e3 * v for v in s.law(gamma, phi)), colour_of(k), s.line)
+                band(axes, gamma / G, *(1e3 * v for v in s.law_drift(gamma, phi)), colour_of(k), s.line)
         s0 = sources[0].setting
-        closed = closed_drift(gamma, phi, sources[0].analysis.mu, s0.rho, s0.frequency, s0.gravity)
+        closed = closed_drift(gamma, phi, sources[0].law.mu, s0.rho, s0.frequency, s0.gravity)
         axes.plot(gamma / G, 1e3 * closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0, color="0.5", lw=0.6)
     axes.set(xlabel="γ / g", ylabel="$v_D$ (mm/s)")
@@ -56,7 +57,7 @@ def look_key(axes, sources, loc, closed="closed form", mirror="at φ + π, sign 
     entries = [(s.label, {"marker": s.marker}) for s in sources]
     if mirror:
         entries.append((mirror, {"marker": sources[0].marker, "mfc": "white"}))
-    entries += [("exact law, " + s.mu_words, {"lw": 1.2, "ls": s.line}) for s in sources if s.curves]
+    entries += [(s.law_words, {"lw": 1.2, "ls": s.line}) for s in sources if s.curves]
     if closed:
         entries.append((closed, {"lw": 0.7, "ls": CLOSED}))
     key(axes, entries + list(more), loc=loc)
@@ -86,7 +87,7 @@ def fig_3a(sources):
                 points(axes, phi, 1e3 * s.column("v_D", rows), 1e3 * s.column("v_D_errors", rows), colour_of(k), s.marker,
                        s is sources[0])
             if s.curves:
-                band(axes, PHI, *(1e3 * v for v in s.law(gamma, PHI)), colour_of(k), s.line)
+                band(axes, PHI, *(1e3 * v for v in s.law_drift(gamma, PHI)), colour_of(k), s.line)
         paper = PAPER_COSINES.get(round(gamma / G, 3))
         for v, theta, line in [(*ours, CLOSED) for ours in cosines(sources[0], gamma)] + ([(*paper, ":")] if paper else []):
             axes.plot(PHI, 1e3 * v * np.cos(PHI - theta), color=colour_of(k), ls=line, lw=0.8, alpha=0.8)
@@ -123,7 +124,7 @@ def fig_3b(sources):
         g, theta, error = np.array([(n.gamma, n.theta, n.error) for n in s.fits("phi_0")]).T
         points(axes, g / G, theta, error, colour_of(k), s.marker, True, s.label)
         if s.curves:
-            band(axes, gamma / G, *s.null_law(gamma), colour_of(k), "-", "exact law, " + s.mu_words)
+            band(axes, gamma / G, *s.law_null(gamma), colour_of(k), REFUSED if s.law.refused else "-", s.law_words)
         fit = s.analysis.fits.one("mu_ns")
         if s.curves and np.isfinite(fit.value):
             m, two = fit.value, 2 * np.nan_to_num(s.analysis.fits.total_error("mu_ns"))
@@ -148,7 +149,7 @@ def fig_4(sources):
         for s in sources:
             draw_drift(axes, s, phi, colour_of(k), lambda v, rows: s.column("efficiency", rows), "efficiency_errors", 1)
             if s.curves and not s.setting.overtones:
-                band(axes, gamma / G, *(np.abs(v) / rms(s.setting) for v in s.law(gamma, phi)), colour_of(k), s.line)
+                band(axes, gamma / G, *(np.abs(v) / rms(s.setting) for v in s.law_drift(gamma, phi)), colour_of(k), s.line)
         closed = np.abs(closed_drift(gamma, phi, MU_PAPER, s0.rho, s0.frequency)) / rms(s0)
         axes.plot(gamma / G, closed, color=colour_of(k), ls=CLOSED, lw=0.7, alpha=0.7)
     axes.axhline(0.5, color=PAPER, ls=":", lw=0.9)
@@ -162,7 +163,7 @@ def fig_4(sources):
 
 
 def fig_residuals(sources):
-    """Measured v_D less the exact law at the measured drive with the walker's push."""
+    """Measured v_D less Coulomb's law with mu_ac at the measured drive with the walker's push."""
     fitted = list({id(s.analysis): s for s in sources if len(s.analysis.fits.rows)}.values())
     if not fitted:
         raise Missing("it needs mu_ac from the fits of 'shakerd mu', hence three moving points or more.")
@@ -176,7 +177,7 @@ def fig_residuals(sources):
                f"{plain(s.campaign.label)}: chi2 {fits.one('mu_ac').chi2:.2f}, {np.sum(np.abs(fits.z) > 3)} of {len(fits.z)}"
                " beyond 3 errors")
     axes.axhline(0, color="0.3", lw=0.8)
-    axes.set(xlabel="γ / g", ylabel="$v_D$ − exact law (µm/s)")
+    axes.set(xlabel="γ / g", ylabel="$v_D$ − Coulomb's law (µm/s)")
     left, right = axes.get_xlim()
     axes.set_xlim(left - 0.05, right + 0.05)
     axes.legend(loc="upper left", fontsize=6.5)

@@ -2,27 +2,16 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from campaign_file import number
 from drawing import Missing, colour_of, plain, points
 
 
-def mu_of_law(fits, v, gravity):
-    """mu of steady slip by the law that the points show, at velocities v (m/s); None: not known."""
-    verdict = fits.verdict
-    if not verdict:
-        mu = fits.one("mu_ac").value
-        return np.full_like(v, mu) if np.isfinite(mu) else None
-    law = next((law for law in verdict.get("laws", []) if law.get("name") == verdict.get("chosen")), None)
-    if law is None or verdict.get("refused"):
-        return None
-    p = {str(x.get("name")): number(x.get("value")) for x in law.get("parameters", [])}
-    mu, speed = number(law.get("mu")), np.abs(v)
-    shape = np.where(v < 0, p.get("mu backwards/forwards", 1), 1.0)
-    if law["name"] == "logarithmic":
-        shape = 1 + p.get("B", np.nan) * np.log1p(speed / 1e-3)
-    if law["name"] == "stribeck":
-        shape = 1 + (p.get("mu_s/mu_k", np.nan) - 1) * np.exp(-(speed / p.get("v_s", np.nan)) ** 2)
-    return mu * shape + p.get("c", 0) * speed / gravity
+def mu_of_law(law, v, gravity):
+    """mu of steady slip at velocities v (m/s)."""
+    f, speed = law.friction, np.abs(v)
+    shape = np.where(v < 0, f.get("backward", 1), 1) * (1 + f.get("log_share", 0) * np.log1p(speed / 1e-3))
+    if "stribeck" in f:
+        shape = 1 + (law.static - 1) * np.exp(-(speed / f["stribeck"]) ** 2)
+    return law.mu * shape + f.get("viscous", 0) * speed / gravity
 
 
 def fig_friction(sources):
@@ -33,11 +22,9 @@ def fig_friction(sources):
     for k, s in enumerate(known):
         v, mu, error = s.analysis.fits.friction.T
         points(axes, 1e3 * v, mu, error, colour_of(k), s.marker, k == 0, plain(s.campaign.label))
-        for sign in (-1, 1):
+        for sign in (-1, 1) if s.law.mu_name and not s.law.refused else ():
             line = sign * np.linspace(0, np.max(np.abs(v)), 200)
-            law = mu_of_law(s.analysis.fits, line, s.setting.gravity)
-            if law is not None:
-                axes.plot(1e3 * line, law, color=colour_of(k), lw=1)
+            axes.plot(1e3 * line, mu_of_law(s.law, line, s.setting.gravity), color=colour_of(k), lw=1)
     axes.axvline(0, color="0.5", lw=0.6)
     axes.set(xlabel="$v_R$ (mm/s)", ylabel="mu")
     axes.legend(loc="upper center", fontsize=6.5)

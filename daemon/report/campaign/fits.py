@@ -6,6 +6,11 @@ import pathlib
 import numpy as np
 
 from campaign_file import InputError, number
+from walker_law import Law
+
+MU_PAPER, MU_PAPER_ERROR = 0.113, 0.003  # 0.113(6): 95 % interval
+KEYS = {"c": "viscous", "s_0": "presliding", "v_s": "stribeck", "B": "log_share", "mu backwards/forwards": "backward"}
+LAWS = {"logarithmic": "logarithmic", "dahl": "dahl", "dahl_viscous": "dahl", "stribeck": "stribeck"}
 
 
 @dataclasses.dataclass
@@ -56,6 +61,23 @@ class Fits:
         """Standard error with the whole budget; without a budget that of the points."""
         fit, shares = self.one(name), [line["share"] for line in self.budgets.get(name, [])]
         return abs(fit.value) * float(np.linalg.norm(shares)) if shares else fit.error
+
+    def law_of_curves(self):
+        """The law of the curves: that which describes the points; where none does, Coulomb's, refused."""
+        mu = self.one("mu_ac").value
+        known = np.isfinite(mu)
+        coulomb = Law(mu, self.total_error("mu_ac")) if known else Law(MU_PAPER, MU_PAPER_ERROR, mu_name="")
+        if not self.verdict:
+            return coulomb
+        row = next((r for r in self.verdict.get("laws", []) if r.get("name") == self.verdict.get("chosen")), {})
+        p = {str(x.get("name")): number(x.get("value")) for x in row.get("parameters", [])}
+        mu = number(row.get("mu"))
+        if self.verdict.get("refused") or not np.isfinite([mu, *p.values()]).all():
+            return dataclasses.replace(coulomb, error=0.0, words="Coulomb's law, refused by the data", refused=True)
+        friction = {KEYS[name]: value for name, value in p.items() if name in KEYS}
+        return Law(mu, np.nan_to_num(number(row.get("mu_error"))), str(row.get("words", "")), "mu",
+                   {"law": LAWS.get(str(row.get("name")), "coulomb"), **friction}, p.get("mu_s/mu_k", 1.0),
+                   complex(p.get("a_z/a_B in phase", 0), -p.get("a_z/a_B a quarter late", 0)))
 
 
 def fits_for(campaign, given):

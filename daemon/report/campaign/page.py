@@ -6,8 +6,8 @@ import json
 import numpy as np
 
 from campaign_file import number as number_of, unmeasured
-from coulomb_law import G
 from drawing import with_error
+from walker_law import G
 
 STYLE = """
 :root{color-scheme:light dark;--fg:#1b1f24;--bg:#fff;--soft:#f3f5f7;--line:#d5dae0;--weak:#5b6570;--bad:#a40e26}
@@ -26,6 +26,7 @@ pre{background:var(--soft);padding:.6rem;overflow:auto;max-height:24rem;font-siz
 @media print{nav{display:none}figure,tr{break-inside:avoid}}
 """
 MOST_ROWS = 400
+CURVES = {"time": " with the mu that is left in the end", "place": " with the mu at the mean place"}  # of laws that change
 
 
 def esc(text):
@@ -167,12 +168,13 @@ def campaign_part(analysis, number_of):
     parts += [f"<p class=bad>{esc(note)}</p>" for note in dict.fromkeys(c.notes)]
     fits = analysis.fits
     if len(fits.rows):
-        parts.append(f"<p>Exact law at the measured drives, with the push of the walker on the base: chi2"
+        parts.append(f"<p>Coulomb's law with mu_ac at the measured drives, with the push of the walker on the base: chi2"
                      f" {number(fits.one('mu_ac').chi2, 3)}, {int(np.sum(np.abs(fits.z) > 3))} of {len(fits.z)} points beyond 3"
                      " errors.</p>")
     if fits.verdict:
-        parts.append(f"<p class=bad>{esc(fits.verdict.get('sentence', ''))}. The curves in the figures are those of Coulomb's law,"
-                     " which the data refuse.</p>")
+        of = "Coulomb's law with mu_ac, which the data refuse" if analysis.law.refused else "this law" + CURVES.get(
+            str(fits.verdict.get("chosen")), "")
+        parts.append(f"<p class=bad>{esc(fits.verdict.get('sentence', ''))}. The curves in the figures are those of {of}.</p>")
     parts.append("<h3>Points without a result</h3>" + (grid(("point", "series", "set-point", "outcome", "reason"), missing)
                                                        if missing else "" if waiting else "<p>None.</p>"))
     if waiting:

@@ -7,12 +7,11 @@ import dataclasses
 
 import numpy as np
 
-from coulomb_law import G, settle, stick_intervals
-from fits import Fits, fits_for
+from fits import MU_PAPER, Fits, fits_for
 from settings import near_phase, settings_of
+from walker_law import G, Law, settle, stick_intervals
 
 PAPER_COSINES = {0.68: (8.3e-3, 1.12), 1.0: (17.6e-3, 0.62), 3.0: (38.7e-3, 0.22)}
-MU_PAPER, MU_PAPER_ERROR = 0.113, 0.003  # 0.113(6): 95 % interval
 
 
 @dataclasses.dataclass
@@ -42,24 +41,13 @@ class Analysis:
     campaign: object
     settings: list      # see settings_of
     fits: Fits          # those at one gamma or phase are of settings[0]
-
-    @property
-    def mu(self):
-        """Friction coefficient for curves: the fitted one, else the paper's."""
-        return self.fits.one("mu_ac").value if self.mu_known else MU_PAPER
-
-    @property
-    def mu_error(self):
-        return self.fits.total_error("mu_ac") if self.mu_known else MU_PAPER_ERROR
-
-    @property
-    def mu_known(self):
-        return np.isfinite(self.fits.one("mu_ac").value)
+    law: Law            # of the curves
 
 
 def analyse(campaign, given):
     """given: fits of the campaign, an object of `shakerd mu --json`; empty: none."""
-    return Analysis(campaign, settings_of(campaign), fits_for(campaign, given))
+    fits = fits_for(campaign, given)
+    return Analysis(campaign, settings_of(campaign), fits, fits.law_of_curves())
 
 
 def find(campaign, setting, gamma, phi):
@@ -75,7 +63,7 @@ def paper_rows(analysis):
         return []
     c, s = analysis.campaign, analysis.settings[0]
     return [*mu_rows(analysis), *cosine_rows(analysis), *ratio_rows(c, s), *event_rows(analysis), *reversal_rows(analysis),
-            *efficiency_rows(c, s), *no_stick_rows(analysis), *flip_rows(c, s)]
+            *efficiency_rows(c, s), *no_stick_rows(analysis)]
 
 
 def mu_rows(a):
@@ -121,13 +109,14 @@ def ratio_rows(c, s):
     return rows
 
 
-def true_motion(a, row):
-    """Settled motion of the scene's walker on the measured base; None: mu is not known."""
-    mu, tilt = a.campaign.truth("mu_k"), np.nan_to_num(a.campaign.truth("tilt"))
-    if not np.isfinite(mu):
+def true_motion(c, rows):
+    """Settled motion of the scene's walker on the measured base; None: the scene is not known, or its law is not Coulomb's."""
+    walker = {"law": "coulomb", "viscous_per_s": 0, "backward_ratio": 1, **c.scene.get("walker", {})}
+    coulomb = (walker["law"], walker["viscous_per_s"], walker["backward_ratio"]) == ("coulomb", 0, 1)
+    if not (coulomb and np.isfinite(c.truth("mu_k"))):
         return None
     # The push of the walker above the measured harmonics moves no event by more than 0.001 T.
-    return settle(a.campaign.drives([row]), mu, a.campaign.truth("mu_s"), tilt)
+    return settle(c.drives(rows), c.truth("mu_k"), c.truth("mu_s"), np.nan_to_num(c.truth("tilt")))
 
 
 def measured_stick(c, row, near):
@@ -150,7 +139,7 @@ def event_rows(a):
         k = np.flatnonzero((relative[:-1] > 0) & (relative[1:] <= 0) & (u[:-1] < 0.4))
         if len(k):
             drop = relative[k[0]] - relative[k[0] + 1]
-            motion = true_motion(a, row)
+            motion = true_motion(c, [row])
             true = [u for u, slip in motion.events[0] if slip == -1 and 0 < u < 0.4] if motion else []
             rows.append(Row("v_R = 0 at 0.5 g, phi = 0 (Fig. 2c)", "about 0.15 T", 0.15,
                             u[k[0]] + relative[k[0]] / drop * (u[1] - u[0]), error[k[0]] / drop * (u[1] - u[0]),
@@ -160,7 +149,7 @@ def event_rows(a):
         row = find(c, s, gamma, phi)
         found = measured_stick(c, row, sum(ends) / 2) if row is not None else None
         if found:
-            motion = true_motion(a, row)
+            motion = true_motion(c, [row])
             true = [i for i in stick_intervals(motion, 0) if abs(sum(i) - sum(ends)) < 0.2] if motion else []
             for j, end in enumerate(("begins", "ends")):
                 rows.append(Row(f"stick {end}, {name}", f"about {ends[j]:g} T", ends[j], found[j], found[2],
@@ -177,9 +166,8 @@ def gone_rows(c, s):
     last, without = p["gamma"][rows][has].max() / G, p["gamma"][rows][~has] / G
     after = without[without > last]
     note = f"the next gamma without one is {after.min():.4g} g" if len(after) else "no larger gamma was measured"
-    true = np.nan
-    if np.isfinite(c.truth("mu_k")):
-        motion = settle(c.drives(rows), c.truth("mu_k"), c.truth("mu_s"), np.nan_to_num(c.truth("tilt")))
+    motion, true = true_motion(c, rows), np.nan
+    if motion:
         resting = [bool(stick_intervals(motion, k)) for k in range(len(rows))]
         true = p["gamma"][rows][resting].max() / G if any(resting) else np.nan
     return [Row("last gamma with a stick interval, phi = 0", "below g", np.nan, last, np.nan, true, "g", note)]
@@ -215,38 +203,3 @@ def no_stick_rows(a):
                 np.linalg.norm(ours * error) / len(fits), above(lambda f: f.truth).mean(), "",
                 f"{len(fits)} fits from 0.68 g on: {ours.min():.3f} to {ours.max():.3f}; the paper's own fits give 1.60, 1.11,"
                 " 1.51", False)]
-
-
-def flip_rows(c, s):
-    """Time from 90 to 10 % of the change of the walker's acceleration at the end of a forward slip: median over the points
-    at phi = 0 from g on and their mirror partners."""
-    p, found = c.points, []
-    for phi, sign in ((0, 1), (np.pi, -1)):
-        rows = s.rows[near_phase(p["asked_phi"][s.rows], phi) & (p["asked_gamma"][s.rows] > 0.99 * G)]
-        found += [flip_time(c.cycle["phase"], sign * c.cycle["v"][k]) / p["frequency"][k] for k in rows]
-    tau = 1e3 * np.array([t for t in found if np.isfinite(t)])
-    if not len(tau):
-        return []
-    error = 1.25 * tau.std(ddof=1) / np.sqrt(len(tau)) if len(tau) > 2 else np.nan
-    return [Row("flip between slips, 10 to 90 %: upper bound", "about 2 ms", 2.0, np.median(tau), error, np.nan, "ms",
-                f"{len(tau)} points at phi = 0 and pi; includes the frame interval. Coulomb's law has 0")]
-
-
-def flip_time(u, v):
-    """In periods; NaN: the velocity has no clear flip."""
-    if not np.isfinite(v).all():
-        return np.nan
-    # A difference over one phase is less than the interval of the frames, so the slope is taken over two.
-    a = np.roll(v, -1) - np.roll(v, 1)
-    if not ((a > 0).any() and (a < 0).any()):
-        return np.nan
-    top, bottom = np.median(a[a > 0]), np.median(a[a < 0])
-    level = (a - (top + bottom) / 2) / ((top - bottom) / 2)
-    steps = np.flatnonzero((level[:-1] > 0) & (level[1:] <= 0))
-    if not len(steps):
-        return np.nan
-    fine = np.linspace(steps[0] - 8, steps[0] + 9, 1701)
-    curve = np.interp(fine, np.arange(-len(level), 2 * len(level)), np.tile(level, 3))
-    middle = steps[0] + 0.5
-    above, below = fine[(curve >= 0.8) & (fine < middle)], fine[(curve <= -0.8) & (fine > middle)]
-    return (below[0] - above[-1]) * (u[1] - u[0]) if len(above) and len(below) else np.nan

@@ -2,9 +2,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from coulomb_law import G
 from drawing import Missing, angle_name, colour_of, key, points, with_error
 from page import esc, figure_part, grid, number, whole
+from walker_law import G
 
 MOST_DRAWN = 6  # measurements in the figures
 RESULTS = (("v_D", 1e3, "v_D (mm/s)"), ("D", 1e3, "D (mm)"), ("gamma", 1 / G, "gamma (g)"), ("phi", 1, "phi (rad)"),

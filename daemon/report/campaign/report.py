@@ -24,14 +24,14 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 MOST_FILES = 6
 
 FIGURES = (  # name, module, function, title, caption
-    ("fig2a", "figures_cycles", "fig_2a", "Fig. 2(a).", "Walk in one period, averaged. Lines: exact Coulomb law."),
-    ("fig2b", "figures_drift", "fig_2b", "Fig. 2(b).", "Drift velocity against gamma. Bands: two errors of mu_ac."),
+    ("fig2a", "figures_cycles", "fig_2a", "Fig. 2(a).", "Walk in one period, averaged. Lines: the law in the legend."),
+    ("fig2b", "figures_drift", "fig_2b", "Fig. 2(b).", "Drift velocity against gamma. Bands: two errors of mu."),
     ("fig2c", "figures_cycles", "fig_2c", "Fig. 2(c).", "Velocity in one period at phi = 0; shaded: the measured stick interval."),
     ("fig2d", "figures_cycles", "fig_2d", "Fig. 2(d).", "Velocity in one period at phi = pi/2; shaded: the measured stick interval."),
     ("fig3a", "figures_drift", "fig_3a", "Fig. 3(a).", "Drift velocity against phi."),
     ("fig3b", "figures_drift", "fig_3b", "Fig. 3(b).", "Null phase less pi/2 against gamma. Bands: two errors of mu."),
     ("fig4", "figures_drift", "fig_4", "Fig. 4.", "Efficiency against gamma."),
-    ("residuals", "figures_drift", "fig_residuals", "Residuals.", "Measured v_D less the exact law at the measured drive."),
+    ("residuals", "figures_drift", "fig_residuals", "Residuals.", "Measured v_D less Coulomb's law with mu_ac at the measured drive."),
     ("friction", "figures_friction", "fig_friction", "Friction.", "Friction between the kinks against the velocity of slip, from x(t)"
      " alone. Lines: the law that describes v_D."))
 RECORDING_FIGURES = (

@@ -3,7 +3,7 @@ import dataclasses
 
 import numpy as np
 
-from coulomb_law import Drives, biharmonic
+from walker_law import Drives, biharmonic
 
 CIRCLE_PHASES = 6     # least number of phases around the circle
 LARGEST_GAP = 1.65    # rad between neighbours of these phases

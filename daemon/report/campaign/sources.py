@@ -3,9 +3,9 @@ import dataclasses
 
 import numpy as np
 
-from coulomb_law import G, coulomb_theta, settle
-from drawing import LINES, MARKERS, plain, with_error
+from drawing import LINES, MARKERS, REFUSED, plain, with_error
 from settings import circles
+from walker_law import G, null_theta
 
 MOST_SOURCES = 6     # in one set of figures
 MOST_CURVES = 3      # sources of which theory is drawn
@@ -20,7 +20,11 @@ class Source:
     line: object
     curves: bool        # theory is drawn for this source
     circles: dict       # gamma: points around the circle, see circles()
-    solved: dict = dataclasses.field(default_factory=dict)  # curves of law()
+    solved: dict = dataclasses.field(default_factory=dict)  # curves of law_drift()
+
+    @property
+    def law(self):
+        return self.analysis.law
 
     @property
     def campaign(self):
@@ -33,26 +37,27 @@ class Source:
         """Fits at one gamma, for the setting that has them."""
         return self.analysis.fits.named(name) if self.setting is self.analysis.settings[0] else []
 
-    def law(self, gamma, phi):
-        """v_D of the exact law on the drive as asked for and a level base: with mu, and with mu less and plus two errors."""
+    def law_drift(self, gamma, phi):
+        """v_D of the law on the drive as asked for and a level base: with mu, and with mu less and plus two errors."""
         gamma, phi = (np.ascontiguousarray(a) for a in np.broadcast_arrays(gamma, phi))
         name = gamma.tobytes() + phi.tobytes()
         if name not in self.solved:  # Figs. 2(b) and 4 have the same curves
-            mu, error, d = self.analysis.mu, self.analysis.mu_error, self.setting.drives(gamma, phi)
-            middle, high = (settle(d, m).v_D.reshape(gamma.shape) for m in (mu, mu + 2 * error))
+            drives = self.setting.drives(gamma, phi)
+            middle, high = (self.law.settle(drives, more).v_D.reshape(gamma.shape) for more in (0, 2 * self.law.error))
             self.solved[name] = middle, 2 * middle - high, high
         return self.solved[name]
 
-    def null_law(self, gamma):
-        """Theta of the exact law, as law(). It depends on gamma / mu only."""
-        theta = coulomb_theta(gamma, self.analysis.mu, self.setting.rho, self.setting.gravity)
-        change = 2 * self.analysis.mu_error / self.analysis.mu * gamma * np.gradient(theta, gamma)
+    def law_null(self, gamma):
+        """Theta of the law, as law_drift(). The band: as if Theta depended on gamma / mu only, which is exact for Coulomb's."""
+        theta = null_theta(gamma, self.law, self.setting.rho, self.setting.frequency, self.setting.gravity)
+        change = 2 * self.law.error / self.law.mu * gamma * np.gradient(theta, gamma)
         return theta, theta + change, theta - change
 
     @property
-    def mu_words(self):
-        a = self.analysis
-        return f"mu_ac = {with_error(a.mu, a.mu_error)}" if a.mu_known else "mu = 0.113 (the paper's)"
+    def law_words(self):
+        law = self.law
+        mu = f"{law.mu_name} = {with_error(law.mu, law.error)}" if law.mu_name else "mu = 0.113 (the paper's)"
+        return f"{plain(law.words)}, {mu}"
 
 
 def sources_of(analyses):
@@ -64,12 +69,13 @@ def sources_of(analyses):
             found.append((a, setting, plain(label, 48)))
     sources = []
     for n, (a, setting, label) in enumerate(found[:MOST_SOURCES]):
-        look = (setting.frequency, setting.rho, setting.overtones)
-        new = not any(look == other and abs(mu / a.mu - 1) < 0.01 for other, mu in seen)
+        look = (setting.frequency, setting.rho, setting.overtones, a.law.words)
+        new = not any(look == other and abs(mu / a.law.mu - 1) < 0.01 for other, mu in seen)
         curves = new and len(seen) < MOST_CURVES
         if curves:
-            seen.append((look, a.mu))
-        sources.append(Source(a, setting, label, MARKERS[n], LINES[n], curves, circles(a.campaign, setting)))
+            seen.append((look, a.law.mu))
+        line = REFUSED if a.law.refused else LINES[n]
+        sources.append(Source(a, setting, label, MARKERS[n], line, curves, circles(a.campaign, setting)))
     left = len(found) - len(sources)
     return sources, f"{left} more settings are not drawn; the figures have {MOST_SOURCES} at most." if left > 0 else ""
 

@@ -5,7 +5,7 @@ import unittest
 import h5py
 import numpy as np
 
-from report_test import HOSTILE, G, ReportTest, Tags, points_of, report
+from small_campaigns import HOSTILE, G, ReportTest, Tags, points_of, report
 
 
 def write_recording(path, measured=2, title="a run", reason="", kind="run"):
