@@ -16,8 +16,10 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import os
 import pathlib
+import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -29,6 +31,7 @@ __all__ = ["Bench", "BenchError", "Campaign", "FileError", "Quantity", "Recordin
 
 RECORDING_SCHEMA = 7  # newest version that this file reads; FORMAT.md lists them
 CAMPAIGN_SCHEMA = 1
+_UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}
 
 
 class FileError(ValueError):
@@ -82,8 +85,7 @@ class Table(Mapping[str, Any]):
     def __init__(self, *groups: h5py.Group, rows: Any = None) -> None:
         self._groups = groups
         self._group = {name: group for group in reversed(groups) for name in group}
-        items = ((name, group.get(name)) for name, group in self._group.items())
-        self._data = {name: item for name, item in items if isinstance(item, h5py.Dataset)}
+        self._data = {name: item for name, group in self._group.items() if isinstance(item := group.get(name), h5py.Dataset)}
         self._rows = slice(None) if rows is None else rows
 
     def _read(self, name: str) -> Any:
@@ -100,7 +102,8 @@ class Table(Mapping[str, Any]):
             texts = self._read(name)
             return texts.decode() if data.shape == () else [text.decode() for text in texts]
         error = self._read(f"{name}_errors") if f"{name}_errors" in self._data else None
-        return Quantity(self._read(name), error, _text(data.attrs.get("units", b"1")))
+        unit = data.attrs.get("units", "1")
+        return Quantity(self._read(name), error, unit.decode() if isinstance(unit, bytes) else str(unit))
 
     def __iter__(self) -> Iterator[str]:
         return (name for name in self._data if not (name.endswith("_errors") and name[:-7] in self._data))
@@ -116,23 +119,17 @@ class Table(Mapping[str, Any]):
         """A pandas.DataFrame; its units are in attrs["units"]."""
         import pandas  # only here
 
-        columns: dict[str, Any] = {}
-        units: dict[str, str] = {}
-        for name, column in self.items():
+        read, columns = dict(self), dict[str, Any]()
+        for name, column in read.items():
             columns[name] = getattr(column, "value", column)
-            if isinstance(column, Quantity):
-                units[name] = column.unit
-                columns |= {} if column.error is None else {f"{name}_errors": column.error}
+            if getattr(column, "error", None) is not None:
+                columns[f"{name}_errors"] = column.error
         out = pandas.DataFrame(columns)
-        out.attrs["units"] = units
+        out.attrs["units"] = {name: column.unit for name, column in read.items() if isinstance(column, Quantity)}
         return out
 
 
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-class _File:
+class _File(contextlib.AbstractContextManager):
     def __init__(self, path: str | os.PathLike[str], newest: int, needed: str, kind: str) -> None:
         self.path = pathlib.Path(path)
         if not self.path.is_file():
@@ -154,7 +151,7 @@ class _File:
     @property
     def settings(self) -> str:
         """The settings or the plan, TOML."""
-        return _text(self.entry["process/config_text"][()])
+        return bytes(self.entry["process/config_text"][()]).decode()
 
     def table(self, path: str) -> Table:
         """Any group below /entry, for example "periods" or "identification/response"."""
@@ -164,9 +161,6 @@ class _File:
 
     def close(self) -> None:
         self._file.close()
-
-    def __enter__(self) -> Any:
-        return self
 
     def __exit__(self, *_: Any) -> None:
         self.close()
@@ -200,8 +194,7 @@ class Recording(_File):
     @property
     def tracks(self) -> list[str]:
         """CAMERA/TARGET of each track."""
-        tracks = self.entry["tracks"]
-        return [f"{camera}/{target}" for camera in tracks for target in tracks[camera]]
+        return [f"{camera}/{target}" for camera, targets in self.entry["tracks"].items() for target in targets]
 
     def track(self, camera: str, target: str) -> Table:
         """t (master time) and x of a target. state 0: ok, 1: degraded, 2: lost."""
@@ -249,6 +242,22 @@ class Campaign(_File):
     def recordings(self) -> list[pathlib.Path]:
         """The recordings of the points, without repeats."""
         return [self.folder / f"{name}.nxs" for name in dict.fromkeys(self.table("passes")["recording"]) if name]
+
+    def law(self) -> dict[str, Any]:
+        """What `shakerd law` (that of the PATH, or the variable SHAKERD) finds: chosen, refused, sentence, and laws by name,
+        with their mu and parameters as Quantity. FileError where it fails."""
+        program = os.environ.get("SHAKERD", "shakerd")
+        try:
+            done = subprocess.run([program, "law", "--json", self.path], capture_output=True, text=True, check=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            raise FileError(f"{self.path}: {program} law: {str(getattr(error, 'stderr', '') or error).strip()}") from None
+        verdict: dict[str, Any] = json.loads(done.stdout)
+        number = lambda value: np.nan if value is None else value
+        for law in verdict["laws"]:
+            law["mu"] = Quantity(number(law["mu"]), number(law.pop("mu_error")), "1")
+            law["parameters"] = {p["name"]: Quantity(number(p["value"]), number(p["error"]), p["unit"])
+                                 for p in law["parameters"]}
+        return verdict | {"laws": {law["name"]: law for law in verdict["laws"]}}
 
 
 class Bench:
@@ -359,7 +368,12 @@ class Bench:
     @property
     def result(self) -> dict[str, Quantity]:
         """The newest measurement: v_D, D, gamma, phi, ... BenchError before the first."""
-        return _quantities(self._ask("GET", "result"))
+        flat, out = self._ask("GET", "result"), {}
+        for key, value in flat.items():  # NAME_UNIT, and its error NAME_se_UNIT
+            name, suffix = next((key.removesuffix(s), s) for s in _UNITS if key.endswith(s))
+            if isinstance(value, (int, float)) and not isinstance(value, bool) and not name.endswith("_se"):
+                out[name] = Quantity(value, flat.get(f"{name}_se{suffix}"), _UNITS[suffix])
+        return out
 
     def measure(self, periods: int | None = None, timeout: float = 120) -> dict[str, Quantity]:
         """A measurement at the present set-point, begun after this call; starts the drive if it is off."""
@@ -384,17 +398,3 @@ class Bench:
                 raise BenchError(f"the campaign is paused: {now['newest']}")
             return "" if now["active"] else str(now["folder"])
         return str(self._until(ended, timeout, "the campaign goes on"))
-
-
-_UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}
-
-
-def _quantities(flat: Mapping[str, Any]) -> dict[str, Quantity]:
-    """NAME_UNIT and NAME_se_UNIT of the daemon's JSON."""
-    out: dict[str, Quantity] = {}
-    for key, value in flat.items():
-        suffix = next(s for s in _UNITS if key.endswith(s))
-        name = key[: len(key) - len(suffix)]
-        if isinstance(value, (int, float)) and not isinstance(value, bool) and not name.endswith("_se"):
-            out[name] = Quantity(value, flat.get(f"{name}_se{suffix}"), _UNITS[suffix])
-    return out

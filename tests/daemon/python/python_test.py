@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "daemon/python"))
@@ -142,6 +143,24 @@ class PythonTest(unittest.TestCase):
             self.assertEqual(frame.attrs["units"]["v_D"], "m/s")
             np.testing.assert_array_equal(frame["v_D_errors"], campaign.measured["v_D"].error)
             self.assertEqual(set(frame["outcome"]), {"measured"})
+
+    def test_law_of_the_points(self):
+        with shakerd.Campaign("points") as campaign:
+            with unittest.mock.patch.dict(os.environ, SHAKERD=str(PROGRAM)):
+                verdict = campaign.law()
+            chosen = verdict["laws"][verdict["chosen"]]
+            self.assertEqual((verdict["chosen"], verdict["refused"]), ("coulomb", False))
+            self.assertIn("Coulomb describes the points", verdict["sentence"])
+            self.assertLess(abs(chosen["mu"].value - 0.113), 4 * chosen["mu"].error)
+            self.assertEqual(verdict["laws"]["dahl"]["parameters"]["s_0"].unit, "m")
+            self.assertTrue(np.isnan(verdict["laws"]["unequal"]["mu"].value))  # not fitted
+            with (unittest.mock.patch.dict(os.environ, SHAKERD="/none/shakerd"),
+                  self.assertRaisesRegex(shakerd.FileError, "points/campaign.nxs: /none/shakerd law: .*No such file")):
+                campaign.law()
+            campaign.path = pathlib.Path("plan.toml")
+            with (unittest.mock.patch.dict(os.environ, SHAKERD=str(PROGRAM)),
+                  self.assertRaisesRegex(shakerd.FileError, "plan.toml: .*shakerd law: shakerd: plan.toml: expected the folder")):
+                campaign.law()
 
     def test_a_growing_file_opens_and_shows_new_rows(self):
         shutil.copy("run.nxs", "grown.nxs.part")
