@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "drivers/data.hpp"
+#include "drivers/mixer.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker {
@@ -35,6 +36,7 @@ struct DacInfo {
     /// Ramp to zero that is played behind the queue if write() is not called again.
     std::int64_t ramp_frames = 0;
     double enable_before_s = 0;  // time from the start of the enable tone to the drive; 0: no such tone
+    double pulse_hz = 0;         // of trigger pulses that no camera of the rig asks for; 0: none
     [[nodiscard]] bool takes_back() const noexcept { return kept_frames < queue_frames; }
 };
 
@@ -63,7 +65,12 @@ public:
 
 struct AccelerometerInfo {
     std::string name;
-    double rate_hz = 4000;                          // nominal, on its own clock
+    double rate_hz = 4000;  // nominal, on its own clock
+    int axes = 3;           // that it measures: x, x and y, or all; counts and gains of the others are 0
+    /// The constant part of the reading is gravity and offset. False: no gravity, as of an IEPE sensor, whose
+    /// output has no constant part.
+    bool gravity = true;
+    bool dac_clock = false;  // its samples have the clock of the DAC: the rate is exact on master time
     std::array<double, 3> offset_counts{};          // see acceleration()
     std::array<double, 3> mps2_per_count{1, 1, 1};  // negative where counts fall as acceleration rises
     /// [i][k]: m/s^2 on axis i per count on axis k, i != k; 0 without a calibration.
@@ -79,8 +86,8 @@ struct AccelerometerInfo {
 
     /// One sample in m/s^2: (count + offset_counts) * mps2_per_count for each axis, and the cross axes'
     /// share. Frame: right-handed axes of the sensor, as its maker marks them. Sign: specific force, a_sensor
-    /// - g_vector, as a MEMS sensor reports it. Gravity IS in the reading: at rest an axis that points up
-    /// reads +g (about +9.8 m/s^2), one that points down -g, a level one 0. An acceleration of the base
+    /// - g_vector, as a MEMS sensor reports it. With `gravity`, at rest an axis that points up reads +g
+    /// (about +9.8 m/s^2), one that points down -g, a level one 0. An acceleration of the base
     /// towards +axis reads positive. Use: shaker_axis (unit vector towards the base's +x, in these axes)
     /// times this vector is a_base - g sin(tilt), where tilt > 0 means that +x points downhill. The constant
     /// part is gravity and offset; the harmonic estimator, the aligner and the guards separate it from the
@@ -162,6 +169,7 @@ struct Rig {
     std::vector<std::unique_ptr<Camera>> cameras;
     RigAdvice advice{};
     std::unique_ptr<AbortInput> abort_input{};  // null: none
+    std::vector<MixerDevice> mixers{};          // of the sound cards
 };
 
 /// Sample counts of a device at the end of a run.

@@ -149,10 +149,13 @@ struct SettingsTable::Impl {
         if (!node.is_string()) wrong(key, node, "a string in quotes");
         return node.as_string()->get();
     }
-    const toml::array& array(std::string_view key, std::size_t count, const std::string& of_what) {
-        const std::string expected = "an array of " + std::to_string(count) + " " + of_what;
+    const toml::array& array(std::string_view key, std::size_t least, std::size_t most,
+                             const std::string& of_what) {
+        std::string expected = "an array of " + std::to_string(least);
+        expected.append(most > least ? " to " + std::to_string(most) : "").append(" ").append(of_what);
         const toml::node& node = need(key, expected);
-        if (!node.is_array() || node.as_array()->size() != count) wrong(key, node, expected);
+        const std::size_t count = node.is_array() ? node.as_array()->size() : 0;
+        if (!node.is_array() || count < least || count > most) wrong(key, node, expected);
         return *node.as_array();
     }
     [[nodiscard]] std::unique_ptr<Impl> child(std::string_view key, const toml::table* table) const {
@@ -252,14 +255,19 @@ std::string SettingsTable::text(std::string_view key, std::string otherwise) {
 std::vector<double> SettingsTable::numbers(std::string_view key, std::size_t count) {
     constexpr Range finite{-INFINITY, INFINITY};
     std::vector<double> values;
-    for (const toml::node& node : impl_->array(key, count, "numbers"))
+    for (const toml::node& node : impl_->array(key, count, count, "numbers"))
         values.push_back(impl_->number(key, node, finite));
     return values;
 }
 
 std::vector<std::string> SettingsTable::texts(std::string_view key, std::size_t count) {
+    return texts(key, count, count);
+}
+
+std::vector<std::string> SettingsTable::texts(std::string_view key, std::size_t least, std::size_t most) {
     std::vector<std::string> values;
-    for (const toml::node& node : impl_->array(key, count, "texts")) values.push_back(impl_->text(key, node));
+    for (const toml::node& node : impl_->array(key, least, most, "texts"))
+        values.push_back(impl_->text(key, node));
     return values;
 }
 

@@ -34,6 +34,8 @@ public:
     /// Required arrays of exactly `count` values.
     std::vector<double> numbers(std::string_view key, std::size_t count);
     std::vector<std::string> texts(std::string_view key, std::size_t count);
+    /// Required array of `least` to `most` texts.
+    std::vector<std::string> texts(std::string_view key, std::size_t least, std::size_t most);
     /// The index in `allowed` of the value.
     std::size_t choice(std::string_view key, std::initializer_list<std::string_view> allowed,
                        std::optional<std::size_t> otherwise = {});

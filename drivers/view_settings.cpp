@@ -115,8 +115,19 @@ std::array<int, 4> roi_of(std::span<const double, 4> numbers) {
     return roi;
 }
 
-std::array<double, 3> read_axis(SettingsTable& table, std::string_view key) {
-    return unit_vector<3>(table, key);
+std::array<double, 3> read_shaker_axis(SettingsTable& table, std::size_t axes) {
+    constexpr std::string_view key = "shaker_axis";
+    if (table.is_text(key) || !table.has(key)) {
+        table.choice(key, {"fit"}, 0);
+        return {axes == 1 ? 1.0 : 0.0, 0, 0};
+    }
+    const std::array<double, 3> axis = unit_vector<3>(table, key);
+    for (std::size_t k = axes; k < 3; ++k)
+        if (axis[k] != 0)
+            table.fail(key, "has a part along " + std::string(1, "xyz"[k]) +
+                                ", which the sensor does not measure: it has " + std::to_string(axes) +
+                                (axes == 1 ? " axis" : " axes"));
+    return axis;
 }
 
 View read_view(SettingsTable& table, std::set<std::string>& taken) {

@@ -22,7 +22,9 @@ std::array<int, 4> roi_of(std::span<const double, 4> numbers);
 /// The same keys and tables as TOML, for a table [[camera]].
 std::string view_text(const View& view);
 
-/// A unit vector in accelerometer axes. Its length must be 1 within 0.1 % and is then normalised.
-std::array<double, 3> read_axis(SettingsTable& table, std::string_view key);
+/// The shaker's direction in the axes of an accelerometer that measures the first `axes` of them: the key
+/// `shaker_axis`, a unit vector whose length must be 1 within 0.1 % and is then normalised. Without the key,
+/// or with "fit", it is all 0: derived from the motion; with one axis it is that axis.
+std::array<double, 3> read_shaker_axis(SettingsTable& table, std::size_t axes);
 
 }  // namespace shaker

@@ -34,6 +34,7 @@ std::array<Vector, 2> across_axes(const Vector& axis) noexcept {
 
 Transverse transverse(std::complex<double> along, const std::array<std::complex<double>, 2>& across,
                       const Vector& axis, double sd) noexcept {
+    if (std::isnan(sd)) return {.amplitude = {}, .share = {}, .in_phase = NAN, .quadrature = NAN};
     const std::array r{across[0] / along, across[1] / along};
     const double share = std::sqrt(std::norm(r[0]) + std::norm(r[1]));
     Transverse t{.amplitude = {std::hypot(std::abs(across[0]), std::abs(across[1])), sd},

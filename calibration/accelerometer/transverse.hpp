@@ -26,7 +26,7 @@ struct Transverse {
 };
 
 /// along: amplitude on the axis; across: on its across_axes(); all for one harmonic and in one unit. sd: of
-/// each real and imaginary part.
+/// each real and imaginary part; NaN where a direction across is not measured: then nothing is known.
 Transverse transverse(std::complex<double> along, const std::array<std::complex<double>, 2>& across,
                       const std::array<double, 3>& axis, double sd) noexcept;
 

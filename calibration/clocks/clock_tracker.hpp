@@ -50,6 +50,8 @@ public:
         return Seconds{std::hypot(sigma_.count(), from_rate)};
     }
     [[nodiscard]] double ns_per_tick() const noexcept { return ns_per_tick_; }
+    /// The tick at which the map is known best.
+    [[nodiscard]] Tick<Clock> middle() const noexcept { return tick0_; }
 
 private:
     Tick<Clock> tick0_;

@@ -63,8 +63,10 @@ MasterTime Timebase::at(AccelTick tick) const noexcept {
     const auto dac = dac_.map();
     const auto accelerometer = accelerometer_.map();
     if (!dac || !accelerometer) return master_time(NAN);
-    const TickInstant<DacClock> k = dac->at(accelerometer->at(tick));
-    return master_time((static_cast<double>(k.tick.n) + k.fraction) / devices_.dac_rate_hz);
+    const AccelTick at = devices_.dac_clock ? accelerometer->middle() : tick;
+    const TickInstant<DacClock> k = dac->at(accelerometer->at(at));
+    const double at_s = (static_cast<double>(k.tick.n) + k.fraction) / devices_.dac_rate_hz;
+    return master_time(at_s + counted_s(AccelTick{tick.n - at.n}, devices_.accelerometer_rate_hz));
 }
 
 std::optional<HostTime> Timebase::heard(DacTick tick) const noexcept {

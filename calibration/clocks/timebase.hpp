@@ -17,6 +17,7 @@ struct TimebaseDevices {
     double dac_rate_hz = 0;            // nominal; 0: no DAC
     double accelerometer_rate_hz = 0;  // nominal; 0: no accelerometer
     double first_sample_s = 0;         // master time of the accelerometer's tick 0 when no DAC plays
+    bool dac_clock = false;            // the accelerometer has the clock of the DAC
     std::vector<View> cameras;
 };
 
@@ -37,6 +38,9 @@ struct ClockFit {
 /// Add every stamp once, in order for each device. The order between devices does not matter, so the stamps
 /// of a recording give the same Timebase to the bit. Results use the newest maps, so they change slightly
 /// with later stamps.
+///
+/// An accelerometer with the clock of the DAC has the DAC's rate by construction: its stamps determine one
+/// constant, its delay.
 ///
 /// Assumption: stamps are late, never early. The shortest delay of a device's stamps remains in its map,
 /// because stamps cannot reveal it. Without a DAC (footage of others) an accelerometer's ticks are counted

@@ -30,7 +30,14 @@ double trigger_rate(const Rig& rig) {
                             "serves all cameras",
                             view.camera, view.frame_rate_hz, first->frame_rate_hz, first->camera)};
     }
-    return first == nullptr ? 0 : first->frame_rate_hz;
+    const double own_hz = rig.dac ? rig.dac->info().pulse_hz : 0;
+    if (first == nullptr) return own_hz;
+    if (own_hz > 0 && own_hz != first->frame_rate_hz)
+        throw InputError{
+            fmt::format("camera \"{}\": frame_rate_hz = {} differs from pulse_hz = {} of the DAC; one "
+                        "trigger serves all cameras",
+                        first->camera, first->frame_rate_hz, own_hz)};
+    return first->frame_rate_hz;
 }
 
 bool runs_threaded(const bench::Bench& bench, bool threads) { return threads || bench.world == nullptr; }

@@ -10,8 +10,8 @@
 
 namespace shaker::acquisition {
 
-/// Rate of the trigger pulses, Hz: the frame rate of the cameras that the DAC triggers (0: no such camera).
-/// InputError when their rates differ, because one pulse train serves all cameras.
+/// Rate of the trigger pulses, Hz: the frame rate of the cameras that the DAC triggers; without one
+/// DacInfo::pulse_hz. InputError when the rates differ, because one pulse train serves all cameras.
 double trigger_rate(const Rig& rig);
 
 /// Leads a run: reads the streams and posts to the loops. False when no data arrived.

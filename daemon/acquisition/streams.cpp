@@ -50,6 +50,9 @@ reduction::AccelSeries accelerations_of(const Streams& streams, const ReadPart& 
     reduction::AccelSeries s;
     s.clock_uncertainty_s = streams.accelerometer.clock_uncertainty_s;
     s.shaker_axis = streams.accelerometer.shaker_axis;
+    s.axes = streams.accelerometer.axes;
+    s.gravity = streams.accelerometer.gravity;
+    s.dac_clock = streams.accelerometer.dac_clock;
     if (const std::string& text = streams.accelerometer.calibration; !text.empty())
         s.calibration = calibration::parse_calibration(text, "the accelerometer's calibration").fit;
     const calibration::Timebase& timebase = streams.timebase.recorded();
@@ -104,6 +107,7 @@ calibration::Timebase empty_timebase(const Streams& streams) {
     calibration::TimebaseDevices devices{.dac_rate_hz = streams.dac_rate_hz,
                                          .accelerometer_rate_hz = streams.accelerometer.rate_hz,
                                          .first_sample_s = streams.accelerometer.first_sample_s,
+                                         .dac_clock = streams.accelerometer.dac_clock,
                                          .cameras = {}};
     for (const CameraStream& c : streams.cameras) devices.cameras.push_back(c.view);
     return calibration::Timebase{devices};

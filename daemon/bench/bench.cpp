@@ -138,6 +138,8 @@ std::vector<commissioned::Named> named_files(SettingsTable& root, const Rig& rig
     for (const auto& camera : rig.cameras)
         if (const View& view = camera->view(); !view.calibration.empty())
             all.push_back({"calibration of camera " + view.camera, view.calibration});
+    for (const MixerDevice& mixer : rig.mixers)
+        all.push_back({commissioned::mixer_of + mixer.card, mixer.read().controls});
     return all;
 }
 
@@ -195,6 +197,7 @@ NewLimits limits_now(const Bench& bench, const std::string& name, const std::fil
     NewLimits now{
         limits_for(bench.shaker, bench.world ? bench.scene.walker.mass_kg : 0, bench.rig, std::move(limits)),
         changed_settings(bench.rig_text, seen)};
+    if (bench.halved) now.limits = safety::halved(now.limits);
     std::erase(now.ignored, "limits");
     return now;
 }
@@ -206,6 +209,44 @@ Bench open_bench(const std::string& name, const std::filesystem::path& scene, si
         throw InputError{"--scene \"" + scene.string() +
                          "\": only the simulated bench (--rig sim:) has a scene"};
     return open_file(name);
+}
+
+MixerChange mixers_changed(const Bench& bench) {
+    MixerChange change;
+    for (const MixerDevice& mixer : bench.rig.mixers) {
+        const std::string what = commissioned::mixer_of + mixer.card;
+        const auto then = std::ranges::find(bench.files, what, &commissioned::Named::what);
+        if (then == bench.files.end()) continue;
+        try {
+            const std::string now = mixer.read().controls;
+            const auto changes = mixer_changes(then->text, now).size();
+            if (changes == 0) continue;
+            change.controls += static_cast<int>(changes);
+            change.why = commissioned::mixer_trouble(*then, now);
+        } catch (const DeviceError& e) {
+            ++change.controls;
+            change.why = e.what();
+        }
+    }
+    return change;
+}
+
+std::vector<std::string> restore_mixers(Bench& bench) {
+    const std::filesystem::path rig = bench.rig.name;
+    const auto record = bench.world ? std::nullopt : commissioned::read_record(rig);
+    std::vector<std::string> set;
+    for (const MixerDevice& mixer : bench.rig.mixers) {
+        const std::string what = commissioned::mixer_of + mixer.card;
+        if (!record) break;
+        const auto then = std::ranges::find(record->files, what, &commissioned::Named::what);
+        if (then == record->files.end()) continue;
+        for (const std::string& name : mixer.restore({mixer.card, then->text}))
+            set.push_back(what + ": " + name);
+        const auto now = std::ranges::find(bench.files, what, &commissioned::Named::what);
+        if (now != bench.files.end()) now->text = mixer.read().controls;
+    }
+    bench.not_commissioned = commissioned::missing_record(rig, bench.rig_text, bench.files);
+    return set;
 }
 
 std::vector<std::string> changed_settings(std::string_view before, std::string_view after) try {

@@ -24,9 +24,10 @@ struct Bench {
     double gravity = paper_g;                // m/s^2 at the place
     safety::Limits limits;                   // in force for every run
     std::string rig_text;                    // TOML: the rig file, or the scene of a simulated rig
-    std::vector<commissioned::Named> files;  // that the rig file names
+    std::vector<commissioned::Named> files;  // that the rig file names, and the mixers of the sound cards
     bool real_time_required = false;   // nothing is driven without real-time scheduling and locked memory
     std::string not_commissioned;      // reason why it may not be driven; empty: it may
+    bool halved = false;               // its limits are halved, also after a reload
     std::vector<std::string> granted;  // requested and granted settings of the devices, one sentence each
     /// Response of the shaker from the data sheet, m/s^2 per V, at a frequency in Hz.
     std::function<std::complex<double>(double)> response;
@@ -41,6 +42,16 @@ struct Bench {
 /// the file's content, DeviceError for a device that cannot be opened.
 Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace,
                  const simulated::Scene& standard = simulated::paper_scene());
+
+struct MixerChange {
+    std::string why{};  // with the controls and the remedy
+    int controls = 0;   // that changed
+};
+/// Changes of the mixers of the sound cards since the bench was opened. A mixer that cannot be read
+/// counts as one control.
+MixerChange mixers_changed(const Bench& bench);
+/// Sets the mixers of real devices as in the record of the commissioning. Returns what was set. DeviceError.
+std::vector<std::string> restore_mixers(Bench& bench);
 
 /// The limits in the bench's file now, for a reload.
 struct NewLimits {

@@ -8,6 +8,7 @@
 
 #include "daemon/commands/table.hpp"
 #include "daemon/commissioning/commission.hpp"
+#include "daemon/loopback/loopback.hpp"
 #include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/run/runner.hpp"
@@ -46,6 +47,13 @@ Tested tested(const manual::Values& values) {
     run::Runner runner{{.run = run}};
     const run::StopSignals signals{runner};
     std::vector<run::Finding> findings;
+    if (values.has("--restore-mixer"))
+        for (const std::string& set : bench::restore_mixers(runner.bench()))
+            findings.push_back({run::Verdict::good, "set back", set});
+    if (const std::string& why = runner.bench().not_commissioned; why.starts_with("the mixer of")) {
+        if (!values.has("--commission")) throw InputError{why};
+        findings.push_back({run::Verdict::warning, "commissioning", why});
+    }
     for (const std::string& granted : runner.bench().granted)
         findings.push_back({run::Verdict::good, "opened", granted});
     std::ranges::move(
@@ -68,6 +76,36 @@ std::string answer_to(const std::string& question) {
     std::getline(std::cin, answer);
     report::say("\n");
     return answer;
+}
+
+// A cable in the place of amplifier, shaker and sensor.
+bool check_cable(const manual::Values& values) {
+    const std::string rig_file = values.text("--rig");
+    const bool json = values.has("--json");
+    if (rig_file == "sim:" || values.has("--commission"))
+        throw InputError{"--loopback: needs a rig file of real devices (--rig), and no --commission"};
+    const run::StopSignals signals;
+    std::vector<std::string> granted;
+    Rig rig = loopback::open_sound(rig_file, granted);
+    const loopback::Operator person{[json](const std::string& line) {
+                                        if (json)
+                                            std::fputs(line.c_str(), stderr);
+                                        else
+                                            show(line);
+                                    },
+                                    run::StopSignals::rethrow};
+    for (const std::string& line : granted) person.say(line + "\n");
+    person.say(
+        "Switch the amplifier off and connect the drive's output to the sensor's input by a cable. Then "
+        "type \"off\": ");
+    std::string answer;
+    std::getline(std::cin, answer);
+    if (answer != "off")
+        throw InputError{"--loopback: the answer was \"" + answer + "\", not \"off\"; nothing was played"};
+    const loopback::Measured found = loopback::measure(rig, person);
+    const double full_V = rig.dac->info().full_scale_V;
+    report::say(json ? loopback::json(found, full_V) : loopback::text(found, full_V));
+    return true;
 }
 
 // Opens every device of a rig, plays a low-level self-test and prints the findings. False when a device is
@@ -118,6 +156,11 @@ constexpr std::array check_arguments{
              .dimension = Dimension::ratio,
              .allowed = {0, 0.2},
              .standard = "0.02"},
+    Argument{.name = "--loopback",
+             .help = "Instead, with the amplifier off and a cable from the drive's output to the sensor's "
+                     "input: gain, delay, corner, noise, distortion and crosstalk of the sound card"},
+    Argument{.name = "--restore-mixer",
+             .help = "First set the controls of the sound cards as they were at the commissioning"},
     Argument{
         .name = "--commission",
         .help =
@@ -125,7 +168,8 @@ constexpr std::array check_arguments{
     manual::json_argument};
 
 int act_on_check(const manual::Values& values) {
-    return check(values) ? manual::exit_ok : manual::exit_device;
+    return (values.has("--loopback") ? check_cable(values) : check(values)) ? manual::exit_ok
+                                                                            : manual::exit_device;
 }
 
 }  // namespace

@@ -339,7 +339,9 @@ std::string recalibrated(const commissioned::Record& before, const commissioned:
     std::string change;
     for (std::size_t i = 0; i < now.files.size(); ++i) {
         const commissioned::Named &a = before.files[i], &b = now.files[i];
-        if (a == b) continue;
+        if (a == b || (a.what == b.what && a.what.starts_with(commissioned::mixer_of) &&
+                       mixer_changes(a.text, b.text).empty()))
+            continue;
         if (a.what != "calibration of accelerometer" || b.what != a.what) return {};
         const auto then = calibration::parse_calibration(a.text, "record"),
                    since = calibration::parse_calibration(b.text, "calibration");

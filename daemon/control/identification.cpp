@@ -105,8 +105,11 @@ void Identification::conclude_across(const Harmonics<Acceleration>& mean) {
         std::array<std::complex<double>, 2> across{};
         double scatter = 0;
         for (std::size_t to = 0; to < 2; ++to) {
+            const double before = scatter;
             for (const PeriodEstimate& w : windows_) across[to] += on(w, to, q) / n;
             for (const PeriodEstimate& w : windows_) scatter += std::norm(on(w, to, q) - across[to]);
+            // Not even noise: the sensor has no such axis.
+            if (!(scatter - before > 1e-24 * std::norm(mean.at(q)))) scatter = NAN;
         }
         found_.across[static_cast<std::size_t>(q - 1)] =
             calibration::transverse(mean.at(q), across, found_.axis, std::sqrt(scatter / 4 / (n - 1) / n));

@@ -100,6 +100,7 @@ public:
         : timebase_{{.dac_rate_hz = file.header().dac.rate_hz,
                      .accelerometer_rate_hz = file.header().accelerometer.rate_hz,
                      .first_sample_s = file.header().accelerometer.first_sample_s,
+                     .dac_clock = file.header().accelerometer.dac_clock,
                      .cameras = {}}} {
         for (const PlayTime& p : file.play_times()) timebase_.add(p);
         AccelBlock block;
@@ -134,7 +135,7 @@ void add_block(const AccelBlock& block, const AccelerometerInfo& info, const Sam
         put(columns, 0, times.at({block.first.n + i}));
         put(columns, 1, block.first.n + i);
         for (std::size_t k = 0; k < 3; ++k) {
-            put(columns, 2 + k, a[k]);
+            put(columns, 2 + k, k < static_cast<std::size_t>(info.axes) ? a[k] : NAN);
             put(columns, 5 + k, std::int64_t{counts[k]});
         }
         put(columns, 8, static_cast<std::int64_t>(block.quality));

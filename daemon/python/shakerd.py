@@ -207,11 +207,11 @@ class Recording(_File):
 
     @property
     def acceleration(self) -> Quantity:
-        """Samples of the accelerometer, m/s^2: a row each, columns x, y, z of the sensor."""
+        """Samples of the accelerometer, m/s^2: a row each, columns x, y, z of the sensor; fewer where it has fewer axes."""
         group, get = self.entry["raw/accelerometer"], self.entry["raw/accelerometer"].attrs.get
         gain = [[get(f"cross_mps2_per_count_{i}{k}", (i == k) * get(f"mps2_per_count_{i}")) for k in "xyz"] for i in "xyz"]
         offset = [get(f"offset_counts_{axis}") for axis in "xyz"]
-        return Quantity((group["counts"][...] + offset) @ np.transpose(gain), None, "m/s^2")
+        return Quantity((group["counts"][...] + offset) @ np.transpose(gain)[:, :int(get("axes", 3))], None, "m/s^2")
 
 
 class Campaign(_File):

@@ -132,6 +132,11 @@ struct Lag {
 /// Frequency and clock rate from the frequencies on both clocks and the prior of the rate.
 Lag rates(const Measurement& m, const calibration::Estimate& base, const OwnClock& own) {
     Lag out;
+    if (m.accelerometer.dac_clock && m.frequency_is_exact) {  // one clock
+        out.clock.ppm = {0, 0};
+        out.frequency = base;
+        return out;
+    }
     const double ratio = own.frequency.value / base.value - 1;
     const double variance =
         std::pow(base.sigma / base.value, 2) + std::pow(own.frequency.sigma / base.value, 2);
@@ -302,7 +307,7 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     note_rate(m, base_f, own, out.ppm, notes);
     out.first_sample = own.first;
     fit_acceleration(m.accelerometer, own.first, out);
-    if (lag.compared) follow_drift(m, lag.clock, out, notes);
+    if (lag.compared && !m.accelerometer.dac_clock) follow_drift(m, lag.clock, out, notes);
     return out;
 }
 

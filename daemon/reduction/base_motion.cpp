@@ -154,9 +154,9 @@ std::vector<PeriodResult> drive_by_period(const calibration::HarmonicFit& fit, s
     return out;
 }
 
-void measure_across(const Alignment& drive, std::vector<MeasuredHarmonic>& harmonics) {
+void measure_across(const Alignment& drive, int axes, std::vector<MeasuredHarmonic>& harmonics) {
     for (MeasuredHarmonic& h : harmonics) {
-        double variance = 0;
+        double variance = axes == 3 ? 0 : NAN;
         for (const calibration::HarmonicFit& fit : drive.across)
             for (const int i : {2 * (h.q - 1), 2 * (h.q - 1) + 1}) variance += fit.cov(i, i) / 4;
         h.across = calibration::transverse(drive.acceleration.at(h.q),

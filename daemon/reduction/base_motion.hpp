@@ -32,6 +32,6 @@ std::vector<PeriodResult> drive_by_period(const calibration::HarmonicFit& accele
                                           double t0_s);
 
 /// Sets MeasuredHarmonic::across, with errors from the scatter across the axis.
-void measure_across(const Alignment& drive, std::vector<MeasuredHarmonic>& harmonics);
+void measure_across(const Alignment& drive, int axes, std::vector<MeasuredHarmonic>& harmonics);
 
 }  // namespace shaker::reduction

@@ -26,6 +26,9 @@ struct MotionSeries {
 struct AccelSeries {
     std::vector<double> t_s;  // the sensor's own clock, increasing; gaps allowed
     std::vector<std::array<double, 3>> a_mps2;
+    int axes = 3;                         // as AccelerometerInfo
+    bool gravity = true;                  // as AccelerometerInfo
+    bool dac_clock = false;               // as AccelerometerInfo
     double clock_uncertainty_s = 0.02;    // s, largest error of the clock against master time, either sign
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
     std::optional<calibration::Tumble> calibration{};  // in force; empty: its errors are not known

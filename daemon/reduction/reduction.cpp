@@ -125,6 +125,14 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
               : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
 }
 
+void note_unmeasured(const AccelSeries& s, std::vector<std::string>& notes) {
+    if (s.axes < 3)
+        notes.push_back(fmt::format(
+            "motion across the shaker's axis is not known: the accelerometer measures {} of 3 axes", s.axes));
+    if (!s.gravity)
+        notes.emplace_back("tilt by gravity is not known: the accelerometer's reading has no gravity");
+}
+
 /// Tells a drive that does not have the frequency of the fit, which somebody stated.
 void doubt_frequency(const calibration::HarmonicFit& acceleration, Reduction& out) {
     constexpr double explained = 0.3;  // residuals over gamma; the noise of a usable sensor is far less
@@ -170,15 +178,17 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
         out.degraded = true;
     }
 
-    out.tilt = tilt_of({&drive.acceleration,
-                        {&drive.across[0], &drive.across[1]},
-                        drive.shaker_axis,
-                        m.accelerometer.shaker_axis == std::array<double, 3>{},
-                        &sensor});
+    if (m.accelerometer.gravity)
+        out.tilt = tilt_of({&drive.acceleration,
+                            {&drive.across[0], &drive.across[1]},
+                            drive.shaker_axis,
+                            m.accelerometer.shaker_axis == std::array<double, 3>{},
+                            &sensor});
     const Cycle& c = out.cycle;
     set_share(out.tilt, drive.acceleration, friction_in_slip(c.phase, c.v_mps, c.v_base_mps, f),
               out.v_D.value);
     note_tilt(out, out.notes);
+    note_unmeasured(m.accelerometer, out.notes);
 
     double scale = 0, weight = 0;
     bool known = true;
@@ -232,7 +242,7 @@ Reduction reduce(Measurement measurement) {
                  std::hypot(asked.v_rms.sigma, asked.v_rms.value * out.frequency.sigma / f)};
     out.harmonics = asked.harmonics;
     if (!m.frequency_is_exact) doubt_frequency(drive.acceleration, out);
-    measure_across(drive, out.harmonics);
+    measure_across(drive, m.accelerometer.axes, out.harmonics);
 
     auto periods = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, out.t0_s);
     const Drift drift = measure_drift(m.walkers, f, drive_effect(periods, out), out.notes);

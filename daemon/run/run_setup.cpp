@@ -25,6 +25,8 @@ recorded::RecordingHeader run_header(const bench::Bench& bench, const std::vecto
     header.kind = "run";
     header.config = run_settings_text(run);
     header.rig = bench.rig_text;
+    for (const commissioned::Named& file : bench.files)
+        if (file.what.starts_with(commissioned::mixer_of)) header.mixers += file.what + "\n" + file.text;
     header.dac = rig.dac->info();
     header.frequency_hz = Synthesiser::realised(run.drive.frequency, header.dac.rate_hz);
     header.accelerometer = rig.accelerometer->info();
@@ -41,15 +43,13 @@ safety::Limits limits_of_run(safety::Limits limits) {
     return limits;
 }
 
-safety::Limits halved(safety::Limits limits) {
-    using safety::Limits;
-    for (const auto level : {&Limits::acceleration, &Limits::acceleration_rms, &Limits::velocity,
-                             &Limits::displacement, &Limits::drive, &Limits::coil_A}) {
-        safety::Level& l = limits.*level;
-        l = {l.warn / 2, l.abort / 2};
-    }
-    limits.force_n /= 2;
-    return limits;
+bool gain_shown(const Rig& rig) {
+    if (!rig.accelerometer) return true;
+    const AccelerometerInfo sensor = rig.accelerometer->info();
+    return (sensor.gravity && sensor.axes == 3) || std::ranges::any_of(rig.cameras, [](const auto& camera) {
+               return std::ranges::find(camera->view().targets, "base", &Target::name) !=
+                      camera->view().targets.end();
+           });
 }
 
 void require_seen(const bench::Bench& bench, double frequency) {
@@ -90,6 +90,7 @@ RunPlan run_plan(const bench::Bench& bench, const RunOptions& run, const safety:
             .task = {.plan = run.plan},
             .limits = limits,
             .gravity = bench.gravity,
+            .gain_shown = gain_shown(bench.rig),
             .enable_before_s = bench.rig.dac->info().enable_before_s,
             .walk = predict_walk(run.drive, {}, run.mu, bench.gravity)};
 }

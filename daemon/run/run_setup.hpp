@@ -17,8 +17,9 @@ recorded::RecordingHeader run_header(const bench::Bench& bench, const std::vecto
 /// The limits of any run: the bench's limits without the detector `underrun`. After an empty DAC the drive
 /// restarts softly by itself, a limited number of times.
 safety::Limits limits_of_run(safety::Limits limits);
-/// Half the levels of motion, drive, heat and force; shares and times stay.
-safety::Limits halved(safety::Limits limits);
+/// Something other than the data sheet shows the accelerometer's gain: gravity in the reading of its three
+/// axes, or a camera that sees the base.
+bool gain_shown(const Rig& rig);
 /// InputError for a frequency of which the accelerometer has too few samples a period to control the motion.
 void require_seen(const bench::Bench& bench, double frequency);
 

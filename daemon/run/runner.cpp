@@ -21,8 +21,12 @@ namespace {
 
 // Why the run has half the limits of its bench; empty: it has the full ones.
 std::string half_limits(const bench::Bench& bench, const RunOptions& run) {
-    if (!run.uncommissioned || bench.not_commissioned.empty()) return {};
-    return "all limits are halved: " + bench.not_commissioned;
+    std::string why;
+    if (run.uncommissioned) why = bench.not_commissioned;
+    if (!gain_shown(bench.rig))
+        why.append(why.empty() ? "" : "; ")
+            .append("neither gravity nor a camera that sees the base shows the accelerometer's gain");
+    return why.empty() ? why : "all limits are halved: " + why;
 }
 
 bench::Bench open(const RunnerSettings& settings) {
@@ -39,7 +43,8 @@ bench::Bench open(const RunnerSettings& settings) {
         bench::take_regions(bench.rig);
     if (const std::string why = half_limits(bench, run); !why.empty()) {
         spdlog::warn("{}", why);
-        bench.limits = halved(bench.limits);
+        bench.limits = safety::halved(bench.limits);
+        bench.halved = true;
     }
     return bench;
 }
@@ -93,15 +98,20 @@ double Runner::played_s() const noexcept {
 void Runner::lead(const acquisition::Lead& step, const std::function<bool()>& done) {
     const bool records = live_ && (settings_.on_call || recordings_.on());
     wall_s_ = run_loops(bench_, collector_, output_, settings_.run.threads,
-                        {.lead = step,
+                        {.lead =
+                             [&](const acquisition::Streams& streams, acquisition::Channels& channels) {
+                                 watch_mixers(channels);
+                                 return step(streams, channels);
+                             },
                          .done = done,
                          .recorder = records ? std::function<bool()>{[this] { return recordings_.step(); }}
                                              : std::function<bool()>{},
-                         .begun = [this](const std::vector<acquisition::RealTimeGrant>& grants) {
-                             real_time_ = grants;
-                             for (const acquisition::RealTimeGrant& g : grants)
-                                 if (!g.refused.empty()) spdlog::warn("{}", g.refused);
-                         }});
+                         .begun =
+                             [this](const std::vector<acquisition::RealTimeGrant>& grants) {
+                                 real_time_ = grants;
+                                 for (const acquisition::RealTimeGrant& g : grants)
+                                     if (!g.refused.empty()) spdlog::warn("{}", g.refused);
+                             }});
 }
 
 void Runner::require_real_time() const {
@@ -115,9 +125,22 @@ void Runner::require_real_time() const {
 }
 
 void Runner::require_commissioned() const {
+    if (const auto [why, changed] = bench::mixers_changed(bench_); changed > 0) throw InputError{why};
     if (settings_.commissioning || settings_.run.uncommissioned || bench_.not_commissioned.empty()) return;
     throw InputError{bench_.not_commissioned +
                      (settings_.on_call ? "" : "; or add --uncommissioned, which halves all limits")};
+}
+
+// Once a second while something is driven: a changed volume is a changed gain.
+void Runner::watch_mixers(acquisition::Channels& channels) {
+    constexpr double every_s = 1;
+    const double now_s = sequence_.now_s();
+    if (bench_.rig.mixers.empty() || !driving(sequence_.state()) || now_s < mixers_read_s_ + every_s) return;
+    mixers_read_s_ = now_s;
+    const auto [why, changed] = bench::mixers_changed(bench_);
+    if (changed == 0) return;
+    spdlog::error("{}", why);
+    sequence_.stop(channels, {.cause = safety::Cause::mixer, .value = static_cast<double>(changed)});
 }
 
 void Runner::obey_stop_requests(acquisition::Channels& channels) {

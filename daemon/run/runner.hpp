@@ -51,7 +51,7 @@ public:
     /// requires them.
     void require_real_time() const;
     /// InputError when the bench is real hardware without a valid record of its commissioning, unless the
-    /// settings allow it.
+    /// settings allow it, and when a mixer has changed since the bench was opened.
     void require_commissioned() const;
 
     [[nodiscard]] bench::Bench& bench() noexcept { return bench_; }
@@ -78,13 +78,15 @@ private:
     acquisition::DriveOutput output_;
     Sequence sequence_;
     Recordings recordings_;
+    void watch_mixers(acquisition::Channels& channels);
     void obey_stop_requests(acquisition::Channels& channels);
     void tidy();
 
     double wall_s_ = 0;
     std::vector<acquisition::RealTimeGrant> real_time_;
     std::atomic<int> stop_requests_{0};
-    int obeyed_ = 0;  // stop requests
+    int obeyed_ = 0;            // stop requests
+    double mixers_read_s_ = 0;  // master time
 };
 
 }  // namespace shaker::run

@@ -23,6 +23,7 @@ constexpr double most_ppm = 200;                           // largest rate error
 constexpr double few_pictures = 0.02, most_missing = 0.2;  // share of the pictures that are missing
 constexpr double on_the_way_s = 0.2;                       // the newest pictures may come later
 constexpr double most_gravity = 0.05;    // largest relative error of gravity at rest without a warning
+constexpr double most_noise = 0.1;       // m/s^2 rms at rest without a warning
 constexpr double most_core_share = 0.6;  // of a camera's tracking; acquisition bounds it to this
 constexpr double deg = 180 / std::numbers::pi;
 
@@ -116,6 +117,17 @@ void Judge::accelerometer() {
     }
     clock(info.name, rig_.advice.accelerometer, info.rate_hz, streams_.timebase.accelerometer());
     losses(info.name, "samples", rig_.accelerometer->counts());
+    if (info.dac_clock) {
+        const calibration::ClockFit dac = streams_.timebase.dac(), own = streams_.timebase.accelerometer();
+        const double apart = own.ppm - dac.ppm, sd = std::hypot(own.ppm_sigma, dac.ppm_sigma);
+        constexpr double errors = 5, small_ppm = 20;
+        const bool two = std::abs(apart) > errors * sd, known = errors * sd < small_ppm;
+        add(two ? Verdict::bad : Verdict::good, info.name,
+            fmt::format("its clock is {} ppm off that of the DAC: {}", with_error(apart, sd),
+                        two     ? "it is another card: set clock = \"own\" in [accelerometer]"
+                        : known ? "one clock"
+                                : "no contradiction to one clock, in this short test"));
+    }
     std::array<std::vector<double>, 3> quiet;
     const reduction::AccelSeries& s = measured_.accelerometer;
     for (std::size_t i = 0; i < s.t_s.size(); ++i)
@@ -131,6 +143,8 @@ void Judge::accelerometer() {
 }
 
 void Judge::noise(const std::string& name, const std::array<std::vector<double>, 3>& quiet) {
+    const AccelerometerInfo info = rig_.accelerometer->info();
+    const auto axes = static_cast<std::size_t>(info.axes);
     Eigen::Vector3d mean, sd;
     for (int k = 0; k < 3; ++k) {
         const std::vector<double>& q = quiet[static_cast<std::size_t>(k)];
@@ -138,20 +152,32 @@ void Judge::noise(const std::string& name, const std::array<std::vector<double>,
         mean(k) = v.mean();
         sd(k) = std::sqrt((v.array() - mean(k)).square().mean());
     }
-    if (sd.minCoeff() == 0) {
+    const std::span<const double> noise{sd.data(), axes};
+    if (std::ranges::min(noise) == 0) {
         add(Verdict::bad, name, "an axis is constant, even without noise: frozen or not connected");
         return;
     }
-    const double density = 1e6 / paper_g / std::sqrt(rig_.accelerometer->info().rate_hz / 2);
-    add(Verdict::good, name,
-        fmt::format("noise at rest {:.3g}, {:.3g}, {:.3g} m/s^2 rms on x, y, z ({:.3g}, {:.3g}, {:.3g} "
-                    "ug/rtHz if white)",
-                    sd(0), sd(1), sd(2), density * sd(0), density * sd(1), density * sd(2)));
+    const std::array<double, 3> density = [&] {
+        const double per = 1e6 / paper_g / std::sqrt(info.rate_hz / 2);
+        return std::array{per * sd(0), per * sd(1), per * sd(2)};
+    }();
+    constexpr std::array<std::string_view, 3> names{"x", "y", "z"};
+    const bool quiet_enough = std::ranges::max(noise) < most_noise;
+    add(quiet_enough ? Verdict::good : Verdict::warning, name,
+        fmt::format(
+            "noise at rest {:.3g} m/s^2 rms on {} ({:.3g} ug/rtHz if white){}", fmt::join(noise, ", "),
+            fmt::join(std::span{names}.first(axes), ", "), fmt::join(std::span{density}.first(axes), ", "),
+            quiet_enough ? "" : ": large: check for hum (one ground only), a moving table and a loose lead"));
+    if (!info.gravity) {
+        add(Verdict::good, name,
+            fmt::format("its reading has no gravity, which would show the gain; constant part {:.3g} m/s^2",
+                        mean.norm()));
+        return;
+    }
     const double off = mean.norm() / test_.plan().gravity - 1;
     const bool fits = std::abs(off) < most_gravity;
-    const bool wrong =
-        safety::gravity_wrong(mean.norm(), test_.plan().gravity,
-                              safety::most_gravity_off(!rig_.accelerometer->info().calibration.empty()));
+    const bool wrong = safety::gravity_wrong(mean.norm(), test_.plan().gravity,
+                                             safety::most_gravity_off(!info.calibration.empty()));
     add(fits    ? Verdict::good
         : wrong ? Verdict::bad
                 : Verdict::warning,
@@ -263,7 +289,7 @@ std::optional<Motion> Judge::by_accelerometer() {
     const Eigen::RowVector4d along = axis.transpose() * parts;
     const double across = (parts - axis * along).norm() / along.norm();
     Motion m{{Complex{along(0), along(1)}, Complex{along(2), along(3)}}, sd};
-    if (m.seen())
+    if (m.seen() && rig_.accelerometer->info().axes == 3)
         add(across > 0.1 ? Verdict::warning : Verdict::good, rig_.accelerometer->info().name,
             fmt::format(
                 "base moves along ({:+.3f}, {:+.3f}, {:+.3f}) in the sensor's axes, {:.1f} % across{}",
@@ -303,7 +329,9 @@ void Judge::response(const Motion& m) {
             fmt::format("{} m/s^2 per volt at {:.4g} Hz; data sheet {:.4g}{}",
                         with_error(got, m.sd[k] / volts), static_cast<double>(k + 1) * test_.plan().frequency,
                         sheet,
-                        fits ? "" : ": check the amplifier's gain, full_scale_V and the masses in [shaker]"));
+                        fits ? ""
+                             : ": check the amplifier's gain, full_scale_V, the masses in [shaker] and the "
+                               "sensor's scale"));
     }
 }
 
@@ -330,6 +358,12 @@ void Judge::motion() {
         const bool alone = c && c->seen() && !inverted(*c);
         polarity(rig_.accelerometer->info().name, *a,
                  alone ? "the cameras disagree: correct the sign of the sensor's shaker_axis" : wires);
+    } else if (a && c && c->seen()) {
+        add(Verdict::bad, rig_.accelerometer->info().name,
+            fmt::format("does not show the motion that the cameras see: {:.2g} +- {:.1g} m/s^2 instead of "
+                        "{:.2g}; check "
+                        "its lead, its supply or conditioner, and its channel",
+                        std::abs(a->a[0]), a->sd[0], std::abs(c->a[0])));
     } else if (a) {
         add(Verdict::bad, "shaker",
             fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check the amplifier's power "

@@ -89,6 +89,7 @@ struct RunPlan {
     double quiet_s = 0.6;      // length of the self-test at rest; at least one window
     safety::Limits limits;
     double gravity = paper_g;    // m/s^2 at the place
+    bool gain_shown = true;      // as gain_shown() of run_setup.hpp
     double enable_before_s = 0;  // from the start of the enable output to the drive
     bool on_call = false;        // waits in idle for begin(), measures until end() and is never done()
     std::optional<PredictedWalk> walk{};  // not on call: noted before the drive starts

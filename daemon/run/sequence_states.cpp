@@ -65,7 +65,10 @@ void Sequence::advance(Init& init, acquisition::Channels& channels) {
 }
 
 void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
-    if (!quiet.judged || now_s_ < since_s_ + plan_.quiet_s || awaits_view(channels)) return;
+    if (now_s_ < since_s_ + plan_.quiet_s) return;
+    if (!quiet.judged && guard_.settles() && !std::exchange(quiet.waits, true))
+        say_("self-test: waits until the constant part of the accelerometer has settled");
+    if (!quiet.judged || awaits_view(channels)) return;
     self_tested_ = true;
     go(Idle{}, channels);
     if (plan_.on_call) return;
@@ -97,7 +100,8 @@ void Sequence::check_loop(bool resumes, acquisition::Channels& channels) {
                                   .response = c.response_at(c.drive().frequency),
                                   .identified = c.identified() ? &*c.identified() : nullptr,
                                   .noise = c.noise(),
-                                  .direction_known = axis_known || c.identified()}};
+                                  .direction_known = axis_known || c.identified(),
+                                  .gain_shown = plan_.gain_shown}};
     go(LoopCheck{.loop = loop, .resumes = resumes}, channels);
     say_("loop check: ten periods at a low level");
     guard_.loop_check(true, channels);

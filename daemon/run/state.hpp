@@ -63,6 +63,7 @@ struct Init {
 struct Quiet {
     double from_s = 0;    // as of Init; windows from before it do not count
     bool judged = false;  // the newest window was, without a finding
+    bool waits = false;   // for the sensor's constant part; said once
 };
 struct Idle {
     bool ended = false;  // the one run is over

@@ -16,7 +16,10 @@ constexpr double anything = 1e6;       // during a loop check
 constexpr double tight = 0.3;          // relative tolerance for a measured response
 constexpr double near = 0.1;           // loop error, share of the target, below which the target is reached
 constexpr double clear_of_noise = 30;  // motion / standard deviation of the noise
-constexpr double same = 0.1;           // largest relative change between windows of constant motion
+constexpr double settling_step_s = 0.5, longest_settling_s = 60;
+constexpr double settled_mps3 = 0.1;  // m/s^3: 2 mm/s^2 in a period of 20 Hz
+constexpr double clear_of_mean = 5;   // errors of a window's mean
+constexpr double same = 0.1;          // largest relative change between windows of constant motion
 // True when the motion is well above the noise, so that its axis and its ratio to the drive are meaningful.
 bool moves(const control::PeriodWindows::Window& window, double noise) {
     return control::norm(window.motion.measured, control::controlled_harmonics) >
@@ -38,8 +41,24 @@ void Supervisor::order(const safety::Trip& trip, acquisition::Channels& channels
     if (!ordered_) ++channels.lost.trips_lost;  // the next finding tries again
 }
 
+// Windows are compared half a second apart.
+bool Supervisor::settled(const control::PeriodWindows::Window& window) noexcept {
+    const auto& now = window.estimate.mean;
+    if (!(rest_from_s_ <= window.to_s)) rest_from_s_ = window.to_s;
+    if (window.to_s > rest_from_s_ + longest_settling_s) return true;
+    if (window.to_s < rest_s_ + settling_step_s) return settles_ == false;
+    const double change = std::hypot(now[0] - rest_[0], now[1] - rest_[1], now[2] - rest_[2]);
+    const double noise = window.estimate.residual / std::sqrt(std::max(window.estimate.samples, 1));
+    if (std::isfinite(rest_s_))
+        settles_ = change > settled_mps3 * (window.to_s - rest_s_) + clear_of_mean * noise;
+    rest_ = now;
+    rest_s_ = window.to_s;
+    return settles_ == false;
+}
+
 bool Supervisor::check_at_rest(const control::PeriodWindows::Window& window,
                                acquisition::Channels& channels) {
+    if (!accelerometer_.gravity) return settled(window);
     const auto& g = window.estimate.mean;
     const double seen = std::hypot(g[0], g[1], g[2]);
     const double most = safety::most_gravity_off(!accelerometer_.calibration.empty());

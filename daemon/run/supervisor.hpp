@@ -24,7 +24,8 @@ public:
           loop_{limits},
           clocks_{accelerometer.rate_hz} {}
 
-    /// Checks a window without a drive: the sensor must measure the gravity of the place or no constant part.
+    /// Checks a window without a drive: the sensor must measure the gravity of the place or no constant part;
+    /// the constant part of one without gravity must have settled, for at most a minute. True: it does.
     /// False: it does not, and a stop is ordered.
     bool check_at_rest(const control::PeriodWindows::Window& window, acquisition::Channels& channels);
     /// Relation of a window to the target.
@@ -64,10 +65,16 @@ public:
         loop_.hold_to(limits);
     }
     /// Starts again after a trip.
-    void rearm() noexcept { ordered_ = false, loop_.settling(), clocks_.reset(), posted_.reset(); }
+    void rearm() noexcept {
+        ordered_ = false, loop_.settling(), clocks_.reset(), posted_.reset();
+        rest_from_s_ = rest_s_ = NAN, settles_.reset();
+    }
+    /// The constant part of a sensor without gravity still changes.
+    [[nodiscard]] bool settles() const noexcept { return settles_ == true; }
 
 private:
     void order(const safety::Trip& trip, acquisition::Channels& channels);
+    bool settled(const control::PeriodWindows::Window& window) noexcept;
     [[nodiscard]] std::int64_t tick_at(double now_s) const {
         return static_cast<std::int64_t>(now_s * dac_rate_hz_);
     }
@@ -85,9 +92,12 @@ private:
     safety::PeriodGuard loop_;
     safety::ClockGuard clocks_;
     std::optional<safety::Expectation> posted_;
-    Harmonics<Acceleration> before_;  // motion in the previous window
-    bool ordered_ = false;            // a stop is ordered; the output reports it as a trip, or excuses it
-    std::uint64_t excused_ = 0;       // Channels::excused at that time
+    Harmonics<Acceleration> before_;           // motion in the previous window
+    std::array<double, 3> rest_{};             // constant part in an earlier window at rest, m/s^2 ...
+    double rest_s_ = NAN, rest_from_s_ = NAN;  // ... and its time; time of the first window, s
+    std::optional<bool> settles_{};            // empty: not compared yet
+    bool ordered_ = false;       // a stop is ordered; the output reports it as a trip, or excuses it
+    std::uint64_t excused_ = 0;  // Channels::excused at that time
 };
 
 }  // namespace shaker::run

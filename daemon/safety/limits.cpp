@@ -126,4 +126,14 @@ std::string limits_text(const Limits& limits) {
     return out + fmt::format("tracking_lost_frames = {}\n", limits.tracking_lost_frames);
 }
 
+Limits halved(Limits limits) {
+    for (const auto level : {&Limits::acceleration, &Limits::acceleration_rms, &Limits::velocity,
+                             &Limits::displacement, &Limits::drive, &Limits::coil_A}) {
+        Level& l = limits.*level;
+        l = {l.warn / 2, l.abort / 2};
+    }
+    limits.force_n /= 2;
+    return limits;
+}
+
 }  // namespace shaker::safety

@@ -138,6 +138,9 @@ inline constexpr double least_seen = 0.02;
 /// Largest gain of a response over the data sheet's; the least is its inverse.
 inline constexpr double most_sheet_gain = 4;
 
+/// Half the levels of motion, drive, heat and force; shares and times stay.
+Limits halved(Limits limits);
+
 /// Largest relative error of gravity with which a bench may drive. `calibrated`: the sensor's gains come from
 /// its calibration, which gravity has made.
 constexpr double most_gravity_off(bool calibrated) noexcept { return calibrated ? 0.05 : 0.4; }

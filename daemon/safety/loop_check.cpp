@@ -18,7 +18,8 @@ constexpr double most_mps2 = 0.5;   // peak; the walker begins to slip at mu g
 constexpr double free_share = 0.5;  // of the response at the highest level; below it the base sticks
 constexpr double sure = 3;          // errors
 constexpr double most_error = 0.2;  // of the expected motion
-constexpr double least_gain = 0.6, most_gain = 1.6;  // of an identified response
+constexpr double least_gain = 0.6, most_gain = 1.6;     // of an identified response
+constexpr double least_alone = 0.8, most_alone = 1.25;  // of any, when nothing else shows the sensor's gain
 
 double peak_of(const Harmonics<Acceleration>& a) {
     double largest = 0;
@@ -62,8 +63,12 @@ LowLevel low_level(const LoopCheckPlan& plan, double full_V) {
 }  // namespace
 
 LoopCheck::LoopCheck(const LoopCheckPlan& plan)
-    : least_gain_{plan.identified != nullptr ? least_gain : 1 / most_sheet_gain},
-      most_gain_{plan.identified != nullptr ? most_gain : most_sheet_gain},
+    : least_gain_{!plan.gain_shown             ? least_alone
+                  : plan.identified != nullptr ? least_gain
+                                               : 1 / most_sheet_gain},
+      most_gain_{!plan.gain_shown             ? most_alone
+                 : plan.identified != nullptr ? most_gain
+                                              : most_sheet_gain},
       direction_known_{plan.direction_known} {
     for (std::size_t q = 0; q < max_harmonics; ++q)
         if (plan.target.a[q] != 0.0) volts_.a[q] = plan.target.a[q] / plan.response[q];

@@ -21,6 +21,7 @@ struct LoopCheckPlan {
     const control::IdentifiedResponse* identified = nullptr;
     double noise = 0;             // m/s^2, sd of one part of an amplitude in a window with the drive off
     bool direction_known = true;  // false: the sign of the sensor's axis is unknown
+    bool gain_shown = true;       // false: neither gravity nor a camera shows the gain of the sensor
 };
 
 /// The drive of the check is the target's waveform at 5 % of its level, at least 10 times the noise, at most
@@ -29,7 +30,8 @@ struct LoopCheckPlan {
 ///
 /// r is the measured motion over the expected one by least squares over the driven harmonics, as a mean of
 /// the windows. Noise: |r| < 0.02, or r is not 3 times its own error, or that error exceeds 0.2. Polarity:
-/// the real part of r is negative. Gain: |r| outside 0.6 to 1.6 (1/4 to 4 for the data sheet's response).
+/// the real part of r is negative. Gain: |r| outside 0.6 to 1.6 (1/4 to 4 for the data sheet's response; 0.8
+/// to 1.25 for either when nothing else shows the sensor's gain).
 class LoopCheck {
 public:
     static constexpr int periods = 10;

@@ -78,6 +78,8 @@ constexpr std::array<Words, causes> words{{
     {"base_motion", "", 1, "",
      "a camera sees the base move {0} times as far as the accelerometer says (limit {1})",
      "one of the two is wrong: check mm_per_px of the camera and the sensor's scale, and calibrate them"},
+    {"mixer", "", 1, "", "{0} controls of a sound card's mixer have changed",
+     "set them back (the log names them), and keep other programs from the card"},
 }};
 
 const Words& of(Cause cause) noexcept { return words[static_cast<std::size_t>(cause) % causes]; }

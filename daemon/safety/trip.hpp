@@ -40,8 +40,9 @@ enum class Cause : std::uint8_t {
     operator_stop,      // requested by the operator
     abort_input,        // the contact of the abort input is not closed, or cannot be read
     base_motion,        // the base's motion by a camera / by the accelerometer
+    mixer,              // number of changed controls of the sound cards
 };
-inline constexpr std::size_t causes = 28;
+inline constexpr std::size_t causes = 29;
 
 /// Soft: the measurement is no longer valid (ramp of Limits::soft_stop_s). Hard: the motion itself is
 /// wrong (ramp of Limits::hard_stop_s).

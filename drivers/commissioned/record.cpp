@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "drivers/errors.hpp"
+#include "drivers/mixer.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/text/sha256.hpp"
 
@@ -48,6 +49,15 @@ std::optional<Record> read_record(const std::filesystem::path& rig) {
     return record;
 }
 
+std::string mixer_trouble(const Named& then, const std::string& now) {
+    std::string why;
+    for (const std::string& change : mixer_changes(then.text, now))
+        why += (why.empty() ? "the " + then.what + " has changed: " : "; ") + change;
+    if (!why.empty())
+        why += "; \"shakerd check --restore-mixer\" sets it back, or commission the bench again with it";
+    return why;
+}
+
 std::string missing_record(const std::filesystem::path& rig, const std::string& rig_text,
                            const std::vector<Named>& files) {
     const std::string remedy = "; run: shakerd check --commission --rig " + rig.string();
@@ -63,6 +73,12 @@ std::string missing_record(const std::filesystem::path& rig, const std::string& 
         return rig.string() + " has changed since the bench was commissioned" + remedy;
     for (const Named& now : files) {
         const auto then = std::ranges::find(record->files, now.what, &Named::what);
+        if (now.what.starts_with(mixer_of)) {  // a record of an earlier version has none
+            if (const std::string why = then == record->files.end() ? "" : mixer_trouble(*then, now.text);
+                !why.empty())
+                return why;
+            continue;
+        }
         if (then == record->files.end())
             return "the record of the commissioning does not cover its " + now.what +
                    ", as those of earlier versions: commission the bench once more" + remedy;

@@ -13,10 +13,11 @@ struct Item {
     std::string name, result;
 };
 
-/// A file that the rig file names, as the bench was opened with it.
+/// A file that the rig file names, as the bench was opened with it, or the mixer of a sound card.
 struct Named {
-    std::string what;  // "calibration of accelerometer", "calibration of camera top", "alsa_config"
-    std::string text;  // its content
+    std::string what;  // "calibration of accelerometer", "calibration of camera top", "alsa_config",
+                       // "mixer of hw:CARD=M4"
+    std::string text;  // its content; of a mixer Mixer::controls
     bool operator==(const Named&) const = default;
 };
 
@@ -37,6 +38,12 @@ std::filesystem::path record_of(const std::filesystem::path& rig);
 void write_record(const std::filesystem::path& rig, const Record& record);
 /// The record of this rig file; empty when none exists. InputError for a file that is not a record.
 std::optional<Record> read_record(const std::filesystem::path& rig);
+
+inline constexpr const char* mixer_of = "mixer of ";  // begins Named::what
+
+/// The controls of a mixer that differ from those of a record or of the opening, with the remedy; empty:
+/// none. now: Mixer::controls.
+std::string mixer_trouble(const Named& then, const std::string& now);
 
 /// The reason why a bench with this content of the rig file and of the files that it names counts as not
 /// commissioned, with the remedy; empty: its record is valid.

@@ -62,15 +62,18 @@ public:
         const double scale = counts_per_mps2(table);
         counts_.resize(grid.ticks.size());
         for (std::size_t i = 0; i < counts_.size(); ++i)
-            for (std::size_t axis = 0; axis < 3; ++axis)
+            for (std::size_t axis = 0; axis < description.axes.size(); ++axis)
                 counts_[i][axis] = static_cast<std::int32_t>(std::lround(table.values[axis + 1][i] * scale));
         ticks_ = std::move(grid.ticks);
         info_ = {.name = description.file.filename().string(),
                  .rate_hz = 1 / grid.step_s,
-                 .mps2_per_count = {1 / scale, 1 / scale, 1 / scale},
+                 .axes = static_cast<int>(description.axes.size()),
+                 .gravity = description.gravity,
+                 .mps2_per_count = {},
                  .first_sample_s = grid.first_s,
                  .clock_uncertainty_s = description.clock_uncertainty_s,
                  .shaker_axis = description.shaker_axis};
+        std::fill_n(info_.mps2_per_count.begin(), description.axes.size(), 1 / scale);
     }
 
     [[nodiscard]] AccelerometerInfo info() const override { return info_; }
@@ -131,7 +134,7 @@ void to_si(CsvColumns& table, std::size_t column, const CsvUnit& unit, bool time
     for (double& value : table.values[column]) value *= unit.factor;
 }
 
-/// Time in s and three accelerations in m/s^2.
+/// Time in s and the accelerations in m/s^2.
 CsvColumns table_of(const CsvAccelerometerFile& description, std::vector<std::string>& notes) {
     std::vector<std::string> names{description.axes.begin(), description.axes.end()};
     if (!description.rate_hz) names.insert(names.begin(), description.time);

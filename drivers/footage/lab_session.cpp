@@ -156,13 +156,10 @@ CsvAccelerometerFile read_accelerometer(SettingsTable table) {
         accelerometer.time_unit = unit_at(table, "time_unit", true);
     }
     accelerometer.unit = unit_at(table, "unit", false);
-    const std::vector<std::string> axes = table.texts("axes", 3);
-    std::copy(axes.begin(), axes.end(), accelerometer.axes.begin());
+    accelerometer.axes = table.texts("axes", 1, 3);
+    accelerometer.gravity = table.flag("gravity", accelerometer.axes.size() == 3);
     accelerometer.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, 0.02);
-    if (table.is_text("shaker_axis") || !table.has("shaker_axis"))
-        table.choice("shaker_axis", {"fit"}, 0);
-    else
-        accelerometer.shaker_axis = read_axis(table, "shaker_axis");
+    accelerometer.shaker_axis = read_shaker_axis(table, accelerometer.axes.size());
     table.finish();
     return accelerometer;
 }

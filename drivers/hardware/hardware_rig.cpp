@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <optional>
 #include <set>
 #include <utility>
@@ -45,6 +46,15 @@ std::optional<gpio::AbortSettings> read_contact(SettingsTable& root) {
     return contact;
 }
 
+// Each card once.
+template <class Kind>
+void add_mixer(const Kind& kind, SettingsTable& table, std::vector<MixerDevice>& mixers) {
+    if (kind.mixer == nullptr) return;
+    if (auto mixer = kind.mixer(table))
+        if (std::ranges::find(mixers, mixer->card, &MixerDevice::card) == mixers.end())
+            mixers.push_back(std::move(*mixer));
+}
+
 }  // namespace
 
 std::vector<ListedKind> list_devices(const Search& search, const Kinds& kinds) {
@@ -62,10 +72,13 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     SettingsTable dac_table = root.table("dac");
     const DacKind& dac_kind = read_kind(dac_table, kinds.dacs, true);
     const OpenDac open_dac = dac_kind.read(dac_table);
+    std::vector<MixerDevice> mixers;
+    add_mixer(dac_kind, dac_table, mixers);
     dac_table.finish();
     SettingsTable accelerometer_table = root.table("accelerometer");
     const AccelerometerKind& accelerometer_kind = read_kind(accelerometer_table, kinds.accelerometers, true);
     const OpenAccelerometer open_accelerometer = accelerometer_kind.read(accelerometer_table);
+    add_mixer(accelerometer_kind, accelerometer_table, mixers);
     accelerometer_table.text("calibration", "");  // the caller's
     accelerometer_table.finish();
     std::set<std::string> names;
@@ -88,6 +101,7 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     bench.rig.accelerometer = open_accelerometer(notes);
     add_notes(bench.granted, bench.rig.accelerometer->info().name, notes);
     bench.rig.dac = open_dac(bench.granted);
+    bench.rig.mixers = std::move(mixers);
     if (contact) {
         bench.rig.abort_input =
             std::make_unique<gpio::ContactInput>(kinds.open_line(contact->at, contact->pull), *contact);

@@ -7,6 +7,7 @@
 
 #include "drivers/devices.hpp"
 #include "drivers/hardware/alsa/kind.hpp"
+#include "drivers/hardware/alsa_input/kind.hpp"
 #include "drivers/hardware/genicam/kind.hpp"
 #include "drivers/hardware/gpio/contact_input.hpp"
 #include "drivers/hardware/iio/kind.hpp"
@@ -17,7 +18,7 @@
 namespace shaker::hardware {
 
 inline constexpr std::array dac_kinds{alsa::alsa_kind};
-inline constexpr std::array accelerometer_kinds{iio::iio_kind};
+inline constexpr std::array accelerometer_kinds{iio::iio_kind, alsa_input::alsa_input_kind};
 inline constexpr std::array camera_kinds{genicam::genicam_kind, video::video_kind};
 
 /// The tables by which a rig file is read and devices are listed.

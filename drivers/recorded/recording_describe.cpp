@@ -59,6 +59,9 @@ void describe(hid_t group, const AccelerometerInfo& a) {
     h5::set_attribute(group, "rate_hz", a.rate_hz);
     h5::set_attribute(group, "first_sample_s", a.first_sample_s);
     h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
+    if (a.axes != 3) h5::set_attribute(group, "axes", static_cast<double>(a.axes));
+    if (!a.gravity) h5::set_attribute(group, "gravity", 0.0);
+    if (a.dac_clock) h5::set_attribute(group, "dac_clock", 1.0);
     for (std::size_t k = 0; k < 3; ++k) {
         h5::set_attribute(group, fmt::format("offset_counts_{}", "xyz"[k]), a.offset_counts[k]);
         h5::set_attribute(group, fmt::format("mps2_per_count_{}", "xyz"[k]), a.mps2_per_count[k]);
@@ -165,6 +168,11 @@ AccelerometerInfo read_accelerometer(hid_t entry, const std::string& path) {
     a.rate_hz = h5::read_attribute(entry, path, "rate_hz");
     a.first_sample_s = h5::read_attribute(entry, path, "first_sample_s");
     a.clock_uncertainty_s = h5::read_attribute(entry, path, "clock_uncertainty_s");
+    if (h5::has_attribute(entry, path, "axes")) a.axes = whole_attribute(entry, path, "axes", 1, 3);
+    if (h5::has_attribute(entry, path, "gravity"))
+        a.gravity = whole_attribute(entry, path, "gravity", 0, 1) != 0;
+    if (h5::has_attribute(entry, path, "dac_clock"))
+        a.dac_clock = whole_attribute(entry, path, "dac_clock", 0, 1) != 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const std::string axis(1, "xyz"[k]);
         a.offset_counts[k] = h5::read_attribute(entry, path, "offset_counts_" + axis);

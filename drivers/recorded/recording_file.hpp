@@ -89,6 +89,7 @@ struct RecordingHeader {
     std::string kind;    // "run": by shakerd; "trip": the end of a run; "session": recorded elsewhere
     std::string config;  // settings as TOML
     std::string rig;     // TOML: a simulated scene, or the rig file of real devices
+    std::string mixers;  // controls of the sound cards at the opening; empty: none
     /// ISO 8601 with offset; simulated run: the epoch, so that equal runs give equal files.
     std::string started;
     std::string identifier;           // unique to this recording; may be empty

@@ -50,6 +50,7 @@ RecordingReader::RecordingReader(const std::filesystem::path& file, Open open)
     header.kind = h5::read_text(e, "process/kind");
     header.config = h5::read_text(e, "process/config_text");
     header.rig = h5::read_text(e, "process/rig_text");
+    if (h5::exists(e, "process/mixers")) header.mixers = h5::read_text(e, "process/mixers");
     header.user = h5::read_text(e, "user/name");
     header.sample = h5::read_text(e, "sample/name");
     header.frequency_hz = h5::read_attribute(e, "process", "frequency_hz");

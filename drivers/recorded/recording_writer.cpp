@@ -148,6 +148,7 @@ void RecordingWriter::Streams::begin(const RecordingHeader& header) {
     h5::write_text(process.get(), "version", SHAKER_VERSION);
     h5::write_text(process.get(), "kind", header.kind);
     h5::write_text(process.get(), "rig_text", header.rig);
+    if (!header.mixers.empty()) h5::write_text(process.get(), "mixers", header.mixers);
     h5::set_attribute(process.get(), "frequency_hz", header.frequency_hz);
     h5::set_attribute(process.get(), "pictures", std::string{recorded::name(header.pictures)});
     h5::set_attribute(process.get(), "cameras", static_cast<std::int64_t>(header.views.size()));

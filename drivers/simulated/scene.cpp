@@ -133,6 +133,10 @@ void visit_sensor_errors(Part& part, AccelerometerTruth& a) {
         for (std::size_t k = 0; k < 3; ++k)
             if (i != k) part.unusual(("cross_" + axis + axes[k]).c_str(), a.gain[i][k], {-10, 10}, 0);
     }
+    part.unusual("axes", a.axes, {1, 3}, usual.axes);
+    part.unusual("gravity", a.gravity, {0, 1}, usual.gravity);
+    part.unusual("high_pass_hz", a.high_pass_hz, {0, 100}, usual.high_pass_hz);
+    part.unusual("high_pass_order", a.high_pass_order, {1, 2}, usual.high_pass_order);
     part.words("calibration", a.calibration);
     part.words("attitudes", a.attitudes);
     part.unusual("hold_s", a.hold_s, {0.1, 1e4}, usual.hold_s);
@@ -160,7 +164,7 @@ void visit(Visitor&& v, Scene& s) {
     w("start_mm", s.walker.start_mm, {-1e4, 1e4});
     visit_friction(w, s.walker);
     auto&& a = v.table("accelerometer");
-    a("rate_hz", s.accelerometer.rate_hz, {100, 40e3});
+    a("rate_hz", s.accelerometer.rate_hz, {100, 192e3});
     a("clock_ppm", s.accelerometer.clock_ppm, {-20000, 20000});
     a.unusual("clock_drift_ppm_per_min", s.accelerometer.clock_drift_ppm_per_min, {-100, 100}, 0);
     a.unusual("clock_walk_us_rts", s.accelerometer.clock_walk_us_rts, {0, 100}, 0);
@@ -232,6 +236,11 @@ Scene read_scene(SettingsTable& root, const Scene& standard) {
     if (s.walker.law == walker::FrictionLaw::dahl && s.walker.ageing > 0)
         root.table("walker").fail("ageing",
                                   "is allowed only with a law that sticks, not with law = \"dahl\"");
+    if (const double most = s.dac_rate_hz / (1 + 1e-6 * s.accelerometer.clock_ppm);
+        s.accelerometer.rate_hz > most * (1 + 1e-12))
+        root.table("accelerometer")
+            .fail("rate_hz", fmt::format("{} Hz is more than the DAC's {} Hz by the sensor's clock",
+                                         s.accelerometer.rate_hz, s.dac_rate_hz));
     for (const std::string& name : words_of(s.accelerometer.attitudes))
         if (!direction_of(name))
             root.table("accelerometer")

@@ -46,6 +46,10 @@ struct AccelerometerTruth {
     double clock_walk_us_rts = 0;        // random walk of that clock, us per square root of s
     double start_s = 0.0031;             // time of its tick 0 after the DAC's first write
     double lowpass_hz = 1000;            // second order, Butterworth
+    int axes = 3;                        // as AccelerometerInfo
+    int gravity = 1;                     // 0: not in the reading
+    double high_pass_hz = 0;             // corner of each pole of an AC-coupled sensor along x; 0: none
+    int high_pass_order = 1;             // poles: of the sensor, and of its conditioner
     double noise_mps2_rthz = 245e-6;     // 25 ug/rtHz
     double range_mps2 = 78.5;            // +-8 g
     int bits = 20;

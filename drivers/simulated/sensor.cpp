@@ -79,6 +79,8 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
       turned_{scene},
       lsb_{p_.range_mps2 / std::ldexp(1.0, p_.bits - 1)},
       axis_{std::cos(p_.yaw_deg * pi / 180), -std::sin(p_.yaw_deg * pi / 180), 0},
+      high_pass_keep_{(1 - std::tan(pi * p_.high_pass_hz / dac_rate_)) /
+                      (1 + std::tan(pi * p_.high_pass_hz / dac_rate_))},
       start_s_{p_.start_s - scene.dac_buffer_s},
       faults_{scene.faults,
               {FaultKind::open, FaultKind::frozen, FaultKind::saturated, FaultKind::flipped,
@@ -100,10 +102,14 @@ AccelerometerModel::AccelerometerModel(const Scene& scene)
 AccelerometerInfo AccelerometerModel::info() const {
     AccelerometerInfo info{.name = "simulated accelerometer",
                            .rate_hz = p_.rate_hz,
-                           .mps2_per_count = {lsb_, lsb_, lsb_},
+                           .axes = p_.axes,
+                           .gravity = p_.gravity == 1,
                            .range_mps2 = p_.range_mps2,
                            .block_s = p_.block_samples / p_.rate_hz};
+    for (std::size_t k = 0; k < 3; ++k)
+        info.mps2_per_count[k] = k < static_cast<std::size_t>(p_.axes) ? lsb_ : 0;
     if (p_.axis_told == 1) info.shaker_axis = axis_;
+    if (p_.axes == 1) info.shaker_axis = {1, 0, 0};
     return info;
 }
 
@@ -114,9 +120,20 @@ double AccelerometerModel::low_passed(double a) noexcept {
     return out;
 }
 
+// Poles in series, by the bilinear transform.
+double AccelerometerModel::high_passed(double a) noexcept {
+    if (p_.high_pass_hz == 0) return a;
+    for (int i = 0; i < p_.high_pass_order; ++i) {
+        Pole& pole = poles_[static_cast<std::size_t>(i)];
+        pole.out = high_pass_keep_ * pole.out + 0.5 * (1 + high_pass_keep_) * (a - std::exchange(pole.in, a));
+        a = pole.out;
+    }
+    return a;
+}
+
 std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double t, Quality& quality) {
-    const double along = a_base - downhill_;  // specific force on the tilted base
-    std::array<double, 3> truth{along * axis_[0], along * axis_[1], gravity_};
+    const double along = p_.gravity == 1 ? a_base - downhill_ : a_base;  // specific force on the tilted base
+    std::array<double, 3> truth{along * axis_[0], along * axis_[1], p_.gravity == 1 ? gravity_ : 0};
     if (turned_.turned()) truth = turned_.force(t);
     if (faults_.at(FaultKind::open, t)) truth = {};
     if (faults_.at(FaultKind::swapped, t)) truth = {truth[1], truth[2], truth[0]};
@@ -126,7 +143,7 @@ std::array<std::int32_t, 3> AccelerometerModel::converted(double a_base, double 
     const double stage = faults_.at(FaultKind::saturated, t) ? 1e12 : 1;
     const double top = std::ldexp(1.0, p_.bits - 1) - 1;
     std::array<std::int32_t, 3> counts{};
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(p_.axes); ++k) {
         double reading = p_.gain[k][k] * truth[k] + p_.offset_mps2[k];
         for (std::size_t i = 0; i < 3; ++i)
             if (i != k) reading += p_.gain[k][i] * truth[i];
@@ -170,7 +187,7 @@ AccelBlock AccelerometerModel::handed_on() {
 }
 
 std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base) {
-    const double now = low_passed(a_base), before = std::exchange(before_, now);
+    const double now = high_passed(low_passed(a_base)), before = std::exchange(before_, now);
     // There is at most one conversion between two DAC samples: the sensor is slower than the DAC.
     const double t = start_s_ + duration_s(next_, p_.rate_hz * (1 + 1e-6 * p_.clock_ppm)) - ahead_s_;
     const double at = t * dac_rate_ - static_cast<double>(n - 1);

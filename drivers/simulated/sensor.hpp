@@ -32,7 +32,8 @@ private:
 /// Reading: specific force, gravity included. Frame: z up, x along the shaker's axis rotated by -yaw about z.
 /// On a base tilted by b: u (a_B - g sin b) + z g cos b, with u = (cos yaw, -sin yaw, 0) and +x downhill for
 /// b > 0. At rest on a level base the sensor reads +g on z. A scene with attitudes takes the sensor off the
-/// base.
+/// base. A high-pass acts on the motion along x; the scene may have fewer axes, and no gravity in the
+/// reading.
 class AccelerometerModel {
 public:
     explicit AccelerometerModel(const Scene& scene);
@@ -43,6 +44,7 @@ public:
 
 private:
     [[nodiscard]] double low_passed(double a) noexcept;
+    [[nodiscard]] double high_passed(double a) noexcept;
     [[nodiscard]] std::array<std::int32_t, 3> converted(double a_base, double t, Quality& quality);
     [[nodiscard]] std::array<std::int32_t, 3> delivered(double t) noexcept;
     void advance_clock();
@@ -57,6 +59,11 @@ private:
     std::array<double, 3> axis_{};  // shaker's axis in sensor axes
     std::array<double, 5> biquad_{};
     std::array<double, 2> memory_{};
+    double high_pass_keep_;  // factor of a pole's output per DAC sample
+    struct Pole {
+        double in = 0, out = 0;
+    };
+    std::array<Pole, 2> poles_{};
     double before_ = 0;      // filtered acceleration one DAC sample ago
     double start_s_;         // true time of tick 0
     std::int64_t next_ = 0;  // tick of the next conversion

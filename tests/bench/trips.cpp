@@ -94,7 +94,9 @@ int main(int argc, char** argv) {
     const std::string only = option(argc, argv, "--fault", "");
     bench::Table table;
     if (std::string{"limit_crossed"}.find(only) != std::string::npos) table.add(limit_row(4 * seeds));
-    for (const test::FaultCase& fault : test::fault_cases()) {
+    std::vector<test::FaultCase> faults = test::fault_cases();
+    faults.insert(faults.end(), test::one_axis_cases().begin(), test::one_axis_cases().end());
+    for (const test::FaultCase& fault : faults) {
         if (fault.name.find(only) == std::string::npos) continue;
         for (const run::RunState state : test::lasting_states) table.add(row(fault, state, seeds));
     }

@@ -42,10 +42,10 @@ struct Bench {
     std::vector<AccelBlock> blocks;
     std::array<std::vector<FrameStamp>, 2> frames;
 
-    explicit Bench(double until_s) {
+    explicit Bench(double until_s, double sensor_ppm = accelerometer_ppm) {
         for (std::int64_t n = 0; true_time_of_sample(n) < until_s; n += dac_block)
             played.push_back({{n}, host(true_time_of_sample(n) + late(rng)), 0});
-        const double rate = accelerometer_hz * (1 + 1e-6 * accelerometer_ppm);
+        const double rate = accelerometer_hz * (1 + 1e-6 * sensor_ppm);
         for (std::int64_t n = 0; static_cast<double>(n) / rate < until_s; n += block_size) {
             AccelBlock b;
             b.first = {n};
@@ -90,6 +90,20 @@ TEST(TimebaseTest, PutsEveryDeviceOnMasterTime) {
                 static_cast<double>(pulse) / dac_hz + 5e-6 + 2e-4, 1e-12);
     const double free_s = 1000 / (fps * (1 + 1e-6 * free_ppm));
     EXPECT_NEAR(seconds(timebase.mid_exposure(1, 1000, bench.frames[1][1000])), rate * free_s + 2e-4, 5e-6);
+}
+
+// Drive and sensor on one card: the stamps leave one constant, and no rate.
+TEST(TimebaseTest, ASensorWithTheClockOfTheDacHasItsRateExactly) {
+    const Bench bench{12, dac_ppm};
+    TimebaseDevices one_card = devices();
+    one_card.dac_clock = true;
+    Timebase timebase{one_card};
+    bench.give_all(timebase);
+    const double delay_s = seconds(timebase.at(AccelTick{0}));
+    EXPECT_NEAR(delay_s, 0, 2e-6);  // tick 0 is at sample 0
+    for (const std::int64_t n : {4000, 40000, 48000})
+        EXPECT_NEAR(seconds(timebase.at(AccelTick{n})), delay_s + static_cast<double>(n) / accelerometer_hz,
+                    1e-12);
 }
 
 TEST(TimebaseTest, EveryClockHasAFitWithItsError) {

@@ -32,7 +32,7 @@ public:
     enum class Empty { stops, repeats, is_silent };
 
     explicit Client(const MockDac& mock, Empty empty = Empty::stops)
-        : handle_{alsa::open_alsa_playback(mock.settings.pcm, mock.settings.alsa_config)},
+        : handle_{alsa::open_alsa(alsa::Direction::playback, mock.settings.pcm, mock.settings.alsa_config)},
           pcm{static_cast<snd_pcm_t*>(handle_.get())} {
         snd_pcm_hw_params_t* hw = nullptr;
         snd_pcm_hw_params_malloc(&hw);
@@ -214,7 +214,7 @@ TEST(ConverterTest, ItHasOneClientAtATime) {
     const MockDac mock;
     const Client client{mock};
     try {
-        alsa::open_alsa_playback(mock.settings.pcm, mock.settings.alsa_config);
+        alsa::open_alsa(alsa::Direction::playback, mock.settings.pcm, mock.settings.alsa_config);
         FAIL() << "opened twice";
     } catch (const std::exception& e) {
         EXPECT_NE(std::string{e.what()}.find("busy"), std::string::npos) << e.what();

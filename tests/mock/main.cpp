@@ -141,7 +141,7 @@ const Actions<GigeCamera>& camera_actions() {
 
 Json counts_of(MockBench& b) {
     const ConverterCounts d = b.dac().counts();
-    const IiodCounts a = b.accelerometer().counts();
+    const IiodCounts a = b.has_line_input() ? IiodCounts{} : b.accelerometer().counts();
     Json j{{"dac",
             {{"frames", d.frames},
              {"streams", d.streams},
@@ -183,6 +183,25 @@ const Actions<MockBench>& questions() {
     return actions;
 }
 
+const Actions<LineInput>& line_actions() {
+    static const Actions<LineInput> actions{
+        {"overrun",
+         {"", "the stream stops as after an overrun",
+          [](LineInput& l, Words&, Json&) { l.cause_overrun(); }}},
+        {"unplug", {"", "the input disappears", [](LineInput& l, Words&, Json&) { l.unplug(); }}},
+        {"plug", {"", "the input returns", [](LineInput& l, Words&, Json&) { l.plug(); }}}};
+    return actions;
+}
+
+const Actions<MockMixer>& mixer_actions() {
+    static const Actions<MockMixer> actions{
+        {"volume",
+         {"VALUE", "another program sets the playback volume, 0 to 255", [](MockMixer& m, Words& w, Json&) {
+              m.set_volume(std::lround(w.number("VALUE", {0, 255})));
+          }}}};
+    return actions;
+}
+
 template <class Device>
 void act(const Actions<Device>& actions, Device& device, const std::string& word, Words& words, Json& answer,
          const char* otherwise = "") {
@@ -207,7 +226,8 @@ std::string help(const std::string& before, const Actions<Device>& actions) {
 /// Help: all commands, one per line.
 std::string bench_help() {
     return help("dac ", dac_actions()) + help("accelerometer ", accelerometer_actions()) +
-           help("camera NAME ", camera_actions()) + help("", questions()) + "  quit\n";
+           help("camera NAME ", camera_actions()) + help("line ", line_actions()) +
+           help("mixer ", mixer_actions()) + help("", questions()) + "  quit\n";
 }
 
 /// Executes a line and returns the answer as one JSON object: {"ok": true}, with "v_D_mps" or "counts" if
@@ -221,19 +241,21 @@ std::string bench_command(MockBench& bench, const std::string& line) {
         act(dac_actions(), bench.dac(), words.next(fault), words, answer);
     } else if (first == "accelerometer") {
         act(accelerometer_actions(), bench.accelerometer(), words.next(fault), words, answer);
+    } else if (first == "line") {
+        act(line_actions(), bench.line_input(), words.next(fault), words, answer);
+    } else if (first == "mixer") {
+        act(mixer_actions(), bench.mixer(), words.next(fault), words, answer);
     } else if (first == "camera") {
         GigeCamera& camera = bench.camera(words.next("the camera's name"));
         act(camera_actions(), camera, words.next(fault), words, answer);
     } else {
-        act(questions(), bench, first, words, answer, "accelerometer, camera, dac");
+        act(questions(), bench, first, words, answer, "accelerometer, camera, dac, line, mixer");
     }
     words.finish();
     return answer.dump();
 }
 
 }  // namespace
-
-namespace {}  // namespace
 
 }  // namespace shaker::mock
 
@@ -301,6 +323,11 @@ int serve(int argc, char** argv) {
         ->check(CLI::Range(-1000.0, 1000.0));
     app.add_option("--port", settings.iiod_port, "TCP port of the accelerometer's daemon [any free port]");
     app.add_option("--folder", folder, "Folder of the rig file and its data [a new one in memory]");
+    app.add_flag("--line-input", settings.line_input,
+                 "The accelerometer is analog, on the card's input, at the scene's accelerometer.rate_hz");
+    app.add_option(
+        "--cable", settings.cable,
+        "With --line-input: a cable of this gain from output to input, in place of shaker and sensor");
     app.add_flag("--log-codes", settings.log_codes,
                  "Write every output sample to the file codes in the folder");
     app.footer("Commands on standard input, answered by a line of JSON each:\n" + bench_help());

@@ -14,6 +14,8 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <numbers>
+#include <optional>
 #include <random>
 #include <stop_token>
 #include <thread>
@@ -53,6 +55,12 @@ struct MockCamera {
 };
 
 constexpr double period_s = 0.01, buffer_s = 0.2;  // a buffer longer than the pauses of a busy computer
+constexpr double mv_per_g = 100, standard_gravity = 9.80665;  // of an analog sensor
+
+double full_scale_V(const simulated::Scene& scene) {
+    return 1e-3 * mv_per_g * scene.accelerometer.range_mps2 / standard_gravity;
+}
+
 constexpr double missing_s = 0.25, camera_missing_s = 1, watchdog_s = 2;
 
 void write_text(const std::filesystem::path& file, const std::string& text) {
@@ -70,25 +78,42 @@ std::string bench_serial(const std::string& name) {
 }
 
 // Writes libasound's configuration and a rig file into the settings' folder; returns the path of rig.toml.
-std::filesystem::path write_bench_files(const MockBenchSettings& s, std::uint16_t iiod_port) {
+std::filesystem::path write_bench_files(const MockBenchSettings& s, std::optional<std::uint16_t> iiod_port) {
     const std::filesystem::path config = s.folder / "asound.conf";
     std::filesystem::path rig = std::filesystem::absolute(s.folder / "rig.toml");
-    write_text(config, fmt::format("pcm_type.shaker_mock {{ lib \"{}\" }}\n"
-                                   "pcm.shaker_mock {{ type shaker_mock converter \"{}\" }}\n",
-                                   std::filesystem::absolute(s.plugin).string(),
-                                   std::filesystem::absolute(s.folder / "converter").string()));
+    const std::string plugin = std::filesystem::absolute(s.plugin).string();
+    write_text(config, fmt::format("pcm_type.shaker_mock {{ lib \"{0}\" }}\n"
+                                   "pcm_type.shaker_mock_line {{ lib \"{0}\" }}\n"
+                                   "pcm.shaker_mock {{ type shaker_mock converter \"{1}\" }}\n"
+                                   "pcm.shaker_line {{ type shaker_mock_line input \"{2}\" }}\n"
+                                   "ctl_type.shaker_mock_mixer {{ lib \"{0}\" }}\n"
+                                   "ctl.shaker_card {{ type shaker_mock_mixer file \"{3}\" }}\n",
+                                   plugin, std::filesystem::absolute(s.folder / "converter").string(),
+                                   std::filesystem::absolute(s.folder / "line").string(),
+                                   std::filesystem::absolute(s.folder / "mixer").string()));
+    const std::string sensor =
+        iiod_port ? fmt::format(
+                        "uri = \"ip:127.0.0.1:{}\"\ndevice = \"{}\"\nrate_hz = {}\nstamps = \"host\"\n"
+                        "range_mps2 = {}\n",
+                        *iiod_port, IiodDescription{}.name, s.scene.accelerometer.rate_hz,
+                        s.scene.accelerometer.range_mps2)
+                  : fmt::format(
+                        "driver = \"alsa\"\npcm = \"shaker_line\"\nalsa_config = \"asound.conf\"\n"
+                        "rate_hz = {:.0f}\nchannels = [1]\nclock = \"{}\"\nfull_scale_V = "
+                        "{}\nsensitivity_mv_per_g = {}\n",
+                        s.scene.accelerometer.rate_hz, s.scene.accelerometer.clock_ppm == 0 ? "dac" : "own",
+                        full_scale_V(s.scene), mv_per_g);
     std::string text = fmt::format(
         "# The mock bench: valid while the shaker-mock that wrote it runs.\n"
         "real_time = \"wanted\"\n"
-        "[dac]\npcm = \"shaker_mock\"\nalsa_config = \"asound.conf\"\nrate_hz = {:.0f}\nformat = \"S32\"\n"
+        "[dac]\npcm = \"shaker_mock\"\nalsa_config = \"asound.conf\"\nmixer = \"shaker_card\"\nrate_hz = "
+        "{:.0f}\nformat = \"S32\"\n"
         "period_frames = {:.0f}\nbuffer_frames = {:.0f}\nfull_scale_V = {}\nsecond_channel = \"trigger\"\n\n"
-        "[accelerometer]\nuri = \"ip:127.0.0.1:{}\"\ndevice = \"{}\"\nrate_hz = {}\nstamps = \"host\"\n"
-        "range_mps2 = {}\n\n"
+        "[accelerometer]\n{}\n"
         "[limits]  # longer than on hardware, for busy computers\nmissing_s = {}\ncamera_missing_s = {}\n"
         "watchdog_s = {}\n\n{}",
         s.scene.dac_rate_hz, period_s * s.scene.dac_rate_hz, buffer_s * s.scene.dac_rate_hz,
-        s.scene.dac_full_scale_v, iiod_port, IiodDescription{}.name, s.scene.accelerometer.rate_hz,
-        s.scene.accelerometer.range_mps2, missing_s, camera_missing_s, watchdog_s,
+        s.scene.dac_full_scale_v, sensor, missing_s, camera_missing_s, watchdog_s,
         shaker_text(s.scene.shaker));
     for (const simulated::CameraTruth& c : s.scene.cameras)
         text += fmt::format(
@@ -111,6 +136,8 @@ struct MockBench::State {
     void find_pulses(std::span<double> share);
     void warn_when_late();
     void send_samples();
+    void send_to_line(const AccelBlock& block);
+    void send_by_cable(std::span<const double> share);
     void send_pictures(const std::stop_token& stop, MockCamera& camera);
     std::int64_t until_free_exposure(std::int64_t most);
 
@@ -118,7 +145,9 @@ struct MockBench::State {
     simulated::World world;
     Rig rig;
     Converter converter;
-    Iiod iiod;
+    std::unique_ptr<Iiod> iiod;  // one of both
+    std::unique_ptr<LineInput> line;
+    MockMixer mixer;
     std::vector<MockCamera> cameras;
     std::filesystem::path rig_file;
     double trigger_before = 0;
@@ -131,6 +160,7 @@ struct MockBench::State {
     std::map<std::uint64_t, std::int64_t> first_pulse;  // of each stream: sample of the world
     std::int64_t played = 0;                            // samples of the world
     std::mt19937_64 random{1};
+    double cable_in = 0, cable_out = 0;
     std::exponential_distribution<double> interrupt_s;
     std::jthread player;
 };
@@ -141,7 +171,15 @@ MockBench::State::State(const MockBenchSettings& s)
       rig{world.rig()},
       converter{s.folder / "converter", s.scene.dac_rate_hz, s.dac_ppm,
                 s.log_codes ? s.folder / "codes" : std::filesystem::path{}},
-      iiod{describe(s.scene, rig.accelerometer->info()), s.iiod_port},
+      iiod{s.line_input ? nullptr
+                        : std::make_unique<Iiod>(describe(s.scene, rig.accelerometer->info()), s.iiod_port)},
+      line{s.line_input ? std::make_unique<LineInput>(s.folder / "line", s.scene.accelerometer.rate_hz,
+                                                      s.scene.accelerometer.rate_hz *
+                                                          (1 + 1e-6 * s.scene.accelerometer.clock_ppm) *
+                                                          (1 + 1e-6 * s.dac_ppm),
+                                                      converter.time_of(0))
+                        : nullptr},
+      mixer{s.folder / "mixer"},
       interrupt_s{1 / std::max(s.scene.accelerometer.latency_jitter_s, 1e-9)} {
     for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
         const simulated::CameraTruth& c = s.scene.cameras.at(i);
@@ -154,16 +192,20 @@ MockBench::State::State(const MockBenchSettings& s)
                                                                      .seed = static_cast<unsigned>(i + 1)}),
              .clock = 1 + 1e-6 * s.camera_ppm.at(i)});
     }
-    rig_file = write_bench_files(s, iiod.port());
+    rig_file = write_bench_files(s, iiod ? std::optional{iiod->port()} : std::nullopt);
     const auto content = [](const std::filesystem::path& file) {
         std::ifstream in{file};
         return std::string{std::istreambuf_iterator<char>{in}, {}};
     };
     if (s.commissioned)
-        commissioned::write_record(rig_file, {.date = "1970-01-01T00:00:00+00:00",
-                                              .rig_sha256 = commissioned::rig_hash(content(rig_file)),
-                                              .files = {{"alsa_config", content(s.folder / "asound.conf")}},
-                                              .items = {{"mock bench", "nothing can be harmed"}}});
+        commissioned::write_record(rig_file,
+                                   {.date = "1970-01-01T00:00:00+00:00",
+                                    .rig_sha256 = commissioned::rig_hash(content(rig_file)),
+                                    .files = {{"alsa_config", content(s.folder / "asound.conf")},
+                                              {"mixer of shaker_card",
+                                               "iface=MIXER,name='Line 3/4 Playback Volume' = 200,200\n"
+                                               "iface=MIXER,name='Line 3/4 Playback Switch' = 1\n"}},
+                                    .items = {{"mock bench", "nothing can be harmed"}}});
     for (MockCamera& camera : cameras)
         camera.thread =
             std::jthread{[this, &camera](const std::stop_token& stop) { send_pictures(stop, camera); }};
@@ -180,6 +222,7 @@ void MockBench::State::play(const std::stop_token& stop) {
             first.resize(n);
             second.resize(n);
             converter.take(first, second);
+            if (settings.cable != 0) send_by_cable(first);
             for (double& share : first) share *= settings.scene.dac_full_scale_v;
             warn_when_late();
             find_pulses(second);
@@ -247,12 +290,42 @@ std::int64_t MockBench::State::until_free_exposure(std::int64_t most) {
     return most;
 }
 
+// The cable's end is coupled by a capacitor, with the corner of the scene's sensor.
+void MockBench::State::send_by_cable(std::span<const double> share) {
+    const simulated::Scene& scene = settings.scene;
+    const double gain = settings.cable * scene.dac_full_scale_v / full_scale_V(scene);
+    const double t = std::tan(std::numbers::pi * scene.accelerometer.high_pass_hz / scene.dac_rate_hz);
+    const double keep = (1 - t) / (1 + t);
+    std::normal_distribution<double> noise{0, 1e-5};
+    std::vector<std::array<std::int32_t, 2>> frames;
+    for (const double x : share) {
+        cable_out = keep * cable_out + 0.5 * (1 + keep) * (x - std::exchange(cable_in, x));
+        const double heard = std::clamp(gain * cable_out + noise(random), -1.0, 1.0);
+        frames.push_back({static_cast<std::int32_t>(std::lround(heard * 0x7fffff00)), 0});
+    }
+    line->put(frames);
+}
+
+// The first sample of the world comes start_s after the epoch, which nobody knows.
+void MockBench::State::send_to_line(const AccelBlock& block) {
+    std::array<std::array<std::int32_t, 2>, AccelBlock::capacity> frames{};
+    const int left = 32 - settings.scene.accelerometer.bits;
+    const auto n = static_cast<std::size_t>(block.size);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < frames[i].size(); ++k) frames[i][k] = block.counts[i][k] << left;
+    line->put(std::span{frames}.first(n));
+}
+
 void MockBench::State::send_samples() {
     AccelBlock block;
     std::vector<IiodSample> samples;
     const simulated::AccelerometerTruth& a = settings.scene.accelerometer;
     const HostTime began = converter.time_of(0);
     while (rig.accelerometer->read(block, std::chrono::milliseconds{0})) {
+        if (line) {
+            if (settings.cable == 0) send_to_line(block);
+            continue;
+        }
         samples.clear();
         for (std::size_t i = 0; i < static_cast<std::size_t>(block.size); ++i) {
             const double converted_s = a.start_s + duration_s(block.first.n + static_cast<std::int64_t>(i),
@@ -261,7 +334,7 @@ void MockBench::State::send_samples() {
             const HostTime at = began + std::chrono::duration_cast<std::chrono::nanoseconds>(stamp);
             samples.push_back({block.counts[i], at.time_since_epoch().count()});
         }
-        iiod.push(samples);
+        iiod->push(samples);
     }
 }
 
@@ -281,7 +354,16 @@ MockBench::~MockBench() = default;
 
 const std::filesystem::path& MockBench::rig_file() const noexcept { return state_->rig_file; }
 Converter& MockBench::dac() noexcept { return state_->converter; }
-Iiod& MockBench::accelerometer() noexcept { return state_->iiod; }
+Iiod& MockBench::accelerometer() {
+    if (!state_->iiod) throw InputError{"accelerometer: the bench has an analog one, on the line input"};
+    return *state_->iiod;
+}
+MockMixer& MockBench::mixer() noexcept { return state_->mixer; }
+bool MockBench::has_line_input() const noexcept { return state_->line != nullptr; }
+LineInput& MockBench::line_input() {
+    if (!state_->line) throw InputError{"line: the bench has no line input; start it with --line-input"};
+    return *state_->line;
+}
 
 GigeCamera& MockBench::camera(const std::string& name) {
     for (MockCamera& camera : state_->cameras)

@@ -12,6 +12,8 @@
 #include "tests/mock/converter.hpp"
 #include "tests/mock/gige_camera.hpp"
 #include "tests/mock/iiod.hpp"
+#include "tests/mock/line_input.hpp"
+#include "tests/mock/mixer.hpp"
 
 namespace shaker::mock {
 
@@ -23,8 +25,14 @@ struct MockBenchSettings {
     double dac_ppm = 0;            // error of the DAC's clock against the host's; positive: fast
     std::array<double, 2> camera_ppm{-12, 23};
     std::uint16_t iiod_port = 0;  // 0: any free port
-    bool commissioned = true;     // write a record for the rig file, so that a service drives it
-    bool log_codes = false;  // write every output sample to the file "codes" in the folder (see Converter)
+    /// The accelerometer is analog, on the input of the converter's card: two channels at the scene's
+    /// accelerometer.rate_hz, 100 mV/g.
+    bool line_input = false;
+    /// With line_input: volts of the output over volts at the input, by a cable in place of shaker and
+    /// sensor; 0: none.
+    double cable = 0;
+    bool commissioned = true;  // write a record for the rig file, so that a service drives it
+    bool log_codes = false;    // write every output sample to the file "codes" in the folder (see Converter)
 };
 
 /// Addresses of the cameras (see loopback.hpp).
@@ -43,7 +51,11 @@ public:
     /// Rig file with all devices, the shaker's data sheet and the targets.
     [[nodiscard]] const std::filesystem::path& rig_file() const noexcept;
     [[nodiscard]] Converter& dac() noexcept;
-    [[nodiscard]] Iiod& accelerometer() noexcept;
+    /// Throws InputError where the bench has the other one.
+    [[nodiscard]] Iiod& accelerometer();
+    [[nodiscard]] LineInput& line_input();
+    [[nodiscard]] bool has_line_input() const noexcept;
+    [[nodiscard]] MockMixer& mixer() noexcept;
     /// name: as in the scene ("top", "side"). Throws InputError.
     [[nodiscard]] GigeCamera& camera(const std::string& name);
     [[nodiscard]] std::vector<std::string> camera_names() const;

@@ -21,6 +21,7 @@
 
 #include "drivers/descriptor.hpp"
 #include "tests/mock/converter_memory.hpp"
+#include "tests/mock/limits_plugin.hpp"
 
 namespace {
 
@@ -292,24 +293,6 @@ const snd_pcm_ioplug_callback_t callbacks = [] {
     return c;
 }();
 
-int constrain(snd_pcm_ioplug_t* io, double rate_hz) {
-    const unsigned access[] = {SND_PCM_ACCESS_RW_INTERLEAVED};
-    const unsigned formats[] = {SND_PCM_FORMAT_S16_LE, SND_PCM_FORMAT_S24_LE, SND_PCM_FORMAT_S24_3LE,
-                                SND_PCM_FORMAT_S32_LE};
-    const unsigned rate = static_cast<unsigned>(rate_hz), channels[] = {2, 3, 8};
-    int error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_ACCESS, 1, access);
-    if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_FORMAT, 4, formats);
-    if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_CHANNELS, 3, channels);
-    if (error == 0) error = snd_pcm_ioplug_set_param_list(io, SND_PCM_IOPLUG_HW_RATE, 1, &rate);
-    constexpr unsigned least_bytes = 64, most_bytes = 1U << 20U, most_periods = 1024;
-    if (error == 0)
-        error = snd_pcm_ioplug_set_param_minmax(io, SND_PCM_IOPLUG_HW_PERIOD_BYTES, least_bytes, most_bytes);
-    if (error == 0)
-        error = snd_pcm_ioplug_set_param_minmax(io, SND_PCM_IOPLUG_HW_BUFFER_BYTES, least_bytes, most_bytes);
-    if (error == 0) error = snd_pcm_ioplug_set_param_minmax(io, SND_PCM_IOPLUG_HW_PERIODS, 2, most_periods);
-    return error;
-}
-
 // The file named by the key `converter`; null after reporting an error.
 const char* converter_file(snd_config_t* conf) {
     const char* file = nullptr;
@@ -358,7 +341,7 @@ SND_PCM_PLUGIN_DEFINE_FUNC(shaker_mock) {
     io.flags = SND_PCM_IOPLUG_FLAG_MONOTONIC | SND_PCM_IOPLUG_FLAG_BOUNDARY_WA;
     if (const int error = snd_pcm_ioplug_create(&io, name, stream, mode); error < 0) return error;
     Plugin* owned_by_pcm = plugin.release();
-    const int error = constrain(&owned_by_pcm->io, owned_by_pcm->memory().rate_hz);
+    const int error = shaker::mock::constrain(&owned_by_pcm->io, owned_by_pcm->memory().rate_hz, {2, 3, 8});
     if (error < 0) {
         snd_pcm_ioplug_delete(&owned_by_pcm->io);
         return error;

@@ -113,6 +113,12 @@ public:
             throw InputError{
                 "--rig sim:: the scene holds the sensor in no attitudes; add `attitudes` to its "
                 "[accelerometer]"};
+        if (!info_.gravity || info_.axes < 3)
+            throw InputError{fmt::format(
+                "{}: cannot be calibrated by holding it in attitudes: {}; needed are 3 axes with gravity",
+                info_.name,
+                info_.gravity ? fmt::format("it measures {} of 3 axes", info_.axes)
+                              : "its reading has no gravity")};
         held_.sensor = info_.name;
         held_.nominal_mps2_per_count = nominal_scales(info_);
     }

@@ -339,7 +339,8 @@ DacInfo AlsaDac::info() const {
             .queue_frames = got.queue_frames,
             .kept_frames = got.kept_frames,
             .ramp_frames = got.rewinds ? s.ramp_frames() : 0,
-            .enable_before_s = s.enable_channel > 0 ? s.enable_before_s : 0};
+            .enable_before_s = s.enable_channel > 0 ? s.enable_before_s : 0,
+            .pulse_hz = s.pulse_hz};
 }
 
 DeviceCounts AlsaDac::counts() const noexcept {

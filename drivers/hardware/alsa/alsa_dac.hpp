@@ -8,8 +8,7 @@
 
 namespace shaker::alsa {
 
-/// Plays the drive on the first channel; the settings define the second, and a further one for the enable
-/// tone.
+/// Plays the drive, the trigger pulses and the enable tone on the channels of the settings.
 ///
 /// **Ends with a ramp.** If the device can take frames back, a ramp from the drive's last value to zero is
 /// always queued behind it, and each write replaces it. Whenever the process ends or hangs, the output

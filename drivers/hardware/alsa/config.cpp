@@ -1,6 +1,8 @@
 #include "drivers/hardware/alsa/config.hpp"
 
 #include <alsa/asoundlib.h>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 #include <array>
 #include <cerrno>
@@ -49,17 +51,62 @@ Config merged(const std::filesystem::path& file) {
 
 }  // namespace
 
-AlsaHandle open_alsa_playback(const std::string& name, const std::filesystem::path& file) {
+AlsaHandle open_alsa(Direction direction, const std::string& name, const std::filesystem::path& file) {
+    const snd_pcm_stream_t stream =
+        direction == Direction::playback ? SND_PCM_STREAM_PLAYBACK : SND_PCM_STREAM_CAPTURE;
     const Config config = file.empty() ? nullptr : merged(file);
     snd_pcm_t* pcm = nullptr;
     int error = -EBUSY;
     for (auto waited = 0ms; error == -EBUSY && waited < patience; waited += pause) {
         if (waited > 0ms) std::this_thread::sleep_for(pause);
-        error = config ? snd_pcm_open_lconf(&pcm, name.c_str(), SND_PCM_STREAM_PLAYBACK, mode, config.get())
-                       : snd_pcm_open(&pcm, name.c_str(), SND_PCM_STREAM_PLAYBACK, mode);
+        error = config ? snd_pcm_open_lconf(&pcm, name.c_str(), stream, mode, config.get())
+                       : snd_pcm_open(&pcm, name.c_str(), stream, mode);
     }
     check(error, "ALSA device " + name + ": cannot be opened");
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};
+}
+
+AlsaHandle open_control(const std::string& name, const std::filesystem::path& file) {
+    const Config config = file.empty() ? nullptr : merged(file);
+    snd_ctl_t* ctl = nullptr;
+    check(config ? snd_ctl_open_lconf(&ctl, name.c_str(), SND_CTL_NONBLOCK, config.get())
+                 : snd_ctl_open(&ctl, name.c_str(), SND_CTL_NONBLOCK),
+          "mixer " + name + ": cannot be opened");
+    return {ctl, [](void* opened) { snd_ctl_close(static_cast<snd_ctl_t*>(opened)); }};
+}
+
+std::string card_name(void* pcm) {
+    const auto info = made(snd_pcm_info_malloc, snd_pcm_info_free);
+    if (snd_pcm_info(static_cast<snd_pcm_t*>(pcm), info.get()) < 0) return {};
+    char* name = nullptr;
+    if (snd_card_get_longname(snd_pcm_info_get_card(info.get()), &name) < 0) return {};
+    const std::unique_ptr<char, void (*)(void*)> owned{name, std::free};
+    return name;
+}
+
+int format_number(SampleFormat format) noexcept {
+    constexpr std::array numbers{SND_PCM_FORMAT_S32_LE, SND_PCM_FORMAT_S24_LE, SND_PCM_FORMAT_S24_3LE,
+                                 SND_PCM_FORMAT_S16_LE};
+    return numbers.at(static_cast<std::size_t>(format));
+}
+
+std::string allowed_formats(void* pcm, void* hw) {
+    std::string list;
+    for (const auto format : {SampleFormat::s32, SampleFormat::s24, SampleFormat::s24_3, SampleFormat::s16})
+        if (snd_pcm_hw_params_test_format(static_cast<snd_pcm_t*>(pcm), static_cast<snd_pcm_hw_params_t*>(hw),
+                                          static_cast<snd_pcm_format_t>(format_number(format))) == 0)
+            list.append(list.empty() ? "" : ", ").append(to_text(format));
+    return list.empty() ? "none supported by shakerd" : list;
+}
+
+// The usual rates that a card has, or its range when it has none of them.
+std::string allowed_rates(void* pcm, void* hw) {
+    const std::vector<int> has = possible_rates_hz(pcm, hw);
+    if (!has.empty()) return fmt::format("it has {}", fmt::join(has, ", "));
+    unsigned least = 0, most = 0;
+    snd_pcm_hw_params_get_rate_min(static_cast<snd_pcm_hw_params_t*>(hw), &least, nullptr);
+    snd_pcm_hw_params_get_rate_max(static_cast<snd_pcm_hw_params_t*>(hw), &most, nullptr);
+    return fmt::format("must be {} to {}", least, most);
 }
 
 std::vector<int> possible_rates_hz(void* pcm, void* hw) {

@@ -17,25 +17,16 @@ namespace shaker::alsa {
 
 namespace {
 
-template <class T, void (*release)(T*)>
-struct ReleasedBy {
-    void operator()(T* object) const noexcept { release(object); }
-};
-template <class T, void (*release)(T*)>
-using Owned = std::unique_ptr<T, ReleasedBy<T, release>>;
-
 void ask(snd_pcm_t* pcm, AlsaDevice& device) {
-    snd_pcm_hw_params_t* raw = nullptr;
-    if (snd_pcm_hw_params_malloc(&raw) < 0) throw std::bad_alloc{};
-    const Owned<snd_pcm_hw_params_t, snd_pcm_hw_params_free> owned{raw};
+    const auto owned = made(snd_pcm_hw_params_malloc, snd_pcm_hw_params_free);
+    snd_pcm_hw_params_t* raw = owned.get();
     if (const int error = snd_pcm_hw_params_any(pcm, raw); error < 0)
         throw DeviceError{
             fmt::format("ALSA device {}: has no configuration: {}", device.pcm, snd_strerror(error))};
-    constexpr std::array formats{SND_PCM_FORMAT_S32_LE, SND_PCM_FORMAT_S24_LE, SND_PCM_FORMAT_S24_3LE,
-                                 SND_PCM_FORMAT_S16_LE};
-    for (std::size_t i = 0; i < formats.size(); ++i)
-        if (snd_pcm_hw_params_test_format(pcm, raw, formats.at(i)) == 0)
-            device.formats.push_back(static_cast<SampleFormat>(i));
+    for (const auto format : {SampleFormat::s32, SampleFormat::s24, SampleFormat::s24_3, SampleFormat::s16})
+        if (snd_pcm_hw_params_test_format(pcm, raw, static_cast<snd_pcm_format_t>(format_number(format))) ==
+            0)
+            device.formats.push_back(format);
     device.rates_hz = possible_rates_hz(pcm, raw);
     device.channels = possible_channels(pcm, raw);
     const auto frames = [raw](auto get_least, auto get_most, auto... direction) {
@@ -51,25 +42,24 @@ void ask(snd_pcm_t* pcm, AlsaDevice& device) {
         frames(snd_pcm_hw_params_get_buffer_size_min, snd_pcm_hw_params_get_buffer_size_max);
 }
 
-/// Adds the card's playback devices with their stable names.
-void add_devices_of(int card, std::vector<AlsaDevice>& devices) {
+/// Adds the card's devices of one direction with their stable names.
+void add_devices_of(int card, Direction direction, std::vector<AlsaDevice>& devices) {
     snd_ctl_t* raw = nullptr;
     if (snd_ctl_open(&raw, fmt::format("hw:{}", card).c_str(), 0) < 0) return;  // removed since it was listed
     const std::unique_ptr<snd_ctl_t, int (*)(snd_ctl_t*)> control{raw, snd_ctl_close};
-    snd_ctl_card_info_t* card_raw = nullptr;
-    snd_pcm_info_t* pcm_raw = nullptr;
-    if (snd_ctl_card_info_malloc(&card_raw) < 0) throw std::bad_alloc{};
-    const Owned<snd_ctl_card_info_t, snd_ctl_card_info_free> card_info{card_raw};
-    if (snd_pcm_info_malloc(&pcm_raw) < 0) throw std::bad_alloc{};
-    const Owned<snd_pcm_info_t, snd_pcm_info_free> info{pcm_raw};
+    const auto card_info = made(snd_ctl_card_info_malloc, snd_ctl_card_info_free);
+    const auto info = made(snd_pcm_info_malloc, snd_pcm_info_free);
+    snd_ctl_card_info_t* card_raw = card_info.get();
+    snd_pcm_info_t* pcm_raw = info.get();
     if (snd_ctl_card_info(raw, card_raw) < 0) return;
     for (int number = -1; snd_ctl_pcm_next_device(raw, &number) == 0 && number >= 0;) {
         snd_pcm_info_set_device(pcm_raw, static_cast<unsigned>(number));
         snd_pcm_info_set_subdevice(pcm_raw, 0);
-        snd_pcm_info_set_stream(pcm_raw, SND_PCM_STREAM_PLAYBACK);
-        if (snd_ctl_pcm_info(raw, pcm_raw) < 0) continue;  // capture only
+        snd_pcm_info_set_stream(
+            pcm_raw, direction == Direction::playback ? SND_PCM_STREAM_PLAYBACK : SND_PCM_STREAM_CAPTURE);
+        if (snd_ctl_pcm_info(raw, pcm_raw) < 0) continue;  // the other direction only
         AlsaDevice device = describe_alsa_device(
-            fmt::format("hw:CARD={},DEV={}", snd_ctl_card_info_get_id(card_raw), number), {});
+            direction, fmt::format("hw:CARD={},DEV={}", snd_ctl_card_info_get_id(card_raw), number), {});
         device.name =
             fmt::format("{}, {}", snd_ctl_card_info_get_name(card_raw), snd_pcm_info_get_name(pcm_raw));
         devices.push_back(std::move(device));
@@ -117,17 +107,18 @@ std::string AlsaDevice::text() const {
         buffer_frames.least, buffer_frames.most);
 }
 
-std::vector<AlsaDevice> list_alsa_devices() {
+std::vector<AlsaDevice> list_alsa_devices(Direction direction) {
     std::vector<AlsaDevice> devices;
-    for (int card = -1; snd_card_next(&card) == 0 && card >= 0;) add_devices_of(card, devices);
+    for (int card = -1; snd_card_next(&card) == 0 && card >= 0;) add_devices_of(card, direction, devices);
     return devices;
 }
 
-AlsaDevice describe_alsa_device(const std::string& pcm, const std::filesystem::path& config) {
+AlsaDevice describe_alsa_device(Direction direction, const std::string& pcm,
+                                const std::filesystem::path& config) {
     AlsaDevice device;
     device.pcm = pcm;
     try {
-        const AlsaHandle handle = open_alsa_playback(pcm, config);
+        const AlsaHandle handle = open_alsa(direction, pcm, config);
         ask(static_cast<snd_pcm_t*>(handle.get()), device);
     } catch (const DeviceError& e) {
         device.error = e.what();
@@ -143,14 +134,18 @@ hardware::OpenDac read_kind(SettingsTable& table) {
     };
 }
 
-std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search) {
+std::vector<hardware::ListedDevice> listed(Direction direction, const hardware::Search& search) {
     std::vector<hardware::ListedDevice> all;
     const std::string pcm = first(search, "--pcm");
     const std::vector<AlsaDevice> found =
-        pcm.empty() ? list_alsa_devices()
-                    : std::vector{describe_alsa_device(pcm, first(search, "--alsa-config"))};
+        pcm.empty() ? list_alsa_devices(direction)
+                    : std::vector{describe_alsa_device(direction, pcm, first(search, "--alsa-config"))};
     for (const AlsaDevice& device : found) all.push_back({text_of(device), json_of(device).dump()});
     return all;
+}
+
+std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search) {
+    return listed(Direction::playback, search);
 }
 
 }  // namespace shaker::alsa

@@ -5,12 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "drivers/hardware/alsa/config.hpp"
+#include "drivers/hardware/alsa/mixer.hpp"
 #include "drivers/hardware/alsa/settings.hpp"
 #include "drivers/hardware/kind/device_kind.hpp"
 
 namespace shaker::alsa {
 
-/// A playback PCM. Ranges hold while the other parameters are free.
+/// A PCM of one direction. Ranges hold while the other parameters are free.
 struct AlsaDevice {
     struct Between {
         unsigned least = 0, most = 0;
@@ -26,11 +28,15 @@ struct AlsaDevice {
     [[nodiscard]] std::string text() const;
 };
 
-/// All playback devices of all sound cards. One that is busy is listed with its error. Empty without a card.
-std::vector<AlsaDevice> list_alsa_devices();
+/// All devices of all sound cards. One that is busy is listed with its error. Empty without a card.
+std::vector<AlsaDevice> list_alsa_devices(Direction direction);
 
 /// Describes one PCM by its name; `config` (may be empty) may define it. Errors are in `error`.
-AlsaDevice describe_alsa_device(const std::string& pcm, const std::filesystem::path& config);
+AlsaDevice describe_alsa_device(Direction direction, const std::string& pcm,
+                                const std::filesystem::path& config);
+
+/// The same as rows of a list, by the search options below.
+std::vector<hardware::ListedDevice> listed(Direction direction, const hardware::Search& search);
 
 hardware::OpenDac read_kind(SettingsTable& table);
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search);
@@ -51,6 +57,7 @@ inline constexpr hardware::DacKind alsa_kind{
     .list = list_kind,
     .search = search_options,
     .advice = {.silent = "is another program using the PCM?",
-               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"}};
+               .rate_off = "does a plug-in (plughw, a sound server) convert the rate?"},
+    .mixer = mixer_at};
 
 }  // namespace shaker::alsa

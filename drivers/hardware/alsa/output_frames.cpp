@@ -67,7 +67,10 @@ OutputFrames::OutputFrames(const AlsaSettings& settings, const PcmCodec& codec, 
       level_V_{settings.second_level * settings.full_scale_V},
       pulse_samples_{std::max(1L, std::lround(settings.pulse_s * settings.rate_hz))},
       tone_{turns_per_sample(settings.tone_hz, settings.rate_hz)},
-      enable_{settings.enable_channel > 0 ? static_cast<std::size_t>(settings.enable_channel) - 1 : 0},
+      drive_at_{static_cast<std::size_t>(settings.drive_channel) - 1},
+      second_at_{static_cast<std::size_t>(settings.trigger_channel) - 1},
+      enable_at_{static_cast<std::size_t>(std::max(1, settings.enable_channel)) - 1},
+      enable_{settings.enable_channel > 0},
       enable_level_V_{settings.enable_level * settings.full_scale_V},
       enable_tone_{turns_per_sample(settings.enable_hz, settings.rate_hz)},
       decay_{std::exp(-1 / (slope_lasts_s * settings.rate_hz))},
@@ -81,7 +84,7 @@ OutputFrames::OutputFrames(const AlsaSettings& settings, const PcmCodec& codec, 
 
 std::span<const std::byte> OutputFrames::block(std::span<const double> volts, std::span<const double> trigger,
                                                DacTick first, bool enabled) noexcept {
-    end_.enabled = enabled && enable_ > 0;
+    end_.enabled = enabled && enable_;
     for (std::size_t i = 0; i < volts.size(); ++i) {
         const DacTick tick{first.n + static_cast<std::int64_t>(i)};
         put(i, dither_ ? codec_.dithered(volts[i], tick, 0) : codec_.code(volts[i]), second(trigger[i], tick),
@@ -159,9 +162,9 @@ std::int32_t OutputFrames::enable_tone(DacTick tick) noexcept {
 void OutputFrames::put(std::size_t frame, std::int32_t drive, std::int32_t second,
                        std::int32_t enable) noexcept {
     std::byte* at = bytes_.data() + frame * frame_bytes();
-    codec_.put(at, drive);
-    codec_.put(at + codec_.bytes(), second);
-    if (enable_ > 0) codec_.put(at + enable_ * codec_.bytes(), enable);
+    codec_.put(at + drive_at_ * codec_.bytes(), drive);
+    if (kind_ != SecondChannel::off) codec_.put(at + second_at_ * codec_.bytes(), second);
+    if (enable_) codec_.put(at + enable_at_ * codec_.bytes(), enable);
 }
 
 }  // namespace shaker::alsa

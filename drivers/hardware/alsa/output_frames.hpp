@@ -46,8 +46,7 @@ private:
     double most_;  // largest code
 };
 
-/// Drive on channel 1, trigger pulses or tone on channel 2, the enable tone on its channel if there is one,
-/// zero on all further channels.
+/// Drive, trigger pulses or tone, and the enable tone if there is one, on their channels; zero on all others.
 class OutputFrames {
 public:
     /// Allocates memory for blocks of up to `most_frames` and their ramp.
@@ -94,8 +93,9 @@ private:
     bool dither_;
     double level_V_;  // of the second channel
     std::int64_t pulse_samples_;
-    Turns tone_;          // turns per sample
-    std::size_t enable_;  // channel of the enable tone from 0; 0: none
+    Turns tone_;                                    // turns per sample
+    std::size_t drive_at_, second_at_, enable_at_;  // channels from 0
+    bool enable_;                                   // there is an enable tone
     double enable_level_V_;
     Turns enable_tone_;                 // turns per sample
     DacTick tick_{};                    // after the last sample

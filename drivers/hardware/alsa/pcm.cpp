@@ -17,43 +17,6 @@
 
 namespace shaker::alsa {
 
-namespace {
-
-constexpr std::array<snd_pcm_format_t, 4> alsa_formats{SND_PCM_FORMAT_S32_LE, SND_PCM_FORMAT_S24_LE,
-                                                       SND_PCM_FORMAT_S24_3LE, SND_PCM_FORMAT_S16_LE};
-
-struct Release {
-    void operator()(snd_pcm_hw_params_t* p) const noexcept { snd_pcm_hw_params_free(p); }
-    void operator()(snd_pcm_sw_params_t* p) const noexcept { snd_pcm_sw_params_free(p); }
-    void operator()(snd_pcm_status_t* p) const noexcept { snd_pcm_status_free(p); }
-};
-template <class T>
-std::unique_ptr<T, Release> made(int (*make)(T**)) {
-    T* object = nullptr;
-    if (make(&object) < 0) throw std::bad_alloc{};
-    return std::unique_ptr<T, Release>{object};
-}
-
-std::string allowed_formats(snd_pcm_t* pcm, snd_pcm_hw_params_t* hw) {
-    std::string list;
-    for (std::size_t i = 0; i < alsa_formats.size(); ++i)
-        if (snd_pcm_hw_params_test_format(pcm, hw, alsa_formats[i]) == 0)
-            list += (list.empty() ? "" : ", ") + std::string{to_text(static_cast<SampleFormat>(i))};
-    return list.empty() ? "none supported by shakerd" : list;
-}
-
-// The usual rates that a card has, or its range when it has none of them.
-std::string allowed_rates(snd_pcm_t* pcm, snd_pcm_hw_params_t* hw) {
-    const std::vector<int> has = possible_rates_hz(pcm, hw);
-    if (!has.empty()) return fmt::format("it has {}", fmt::join(has, ", "));
-    unsigned least = 0, most = 0;
-    snd_pcm_hw_params_get_rate_min(hw, &least, nullptr);
-    snd_pcm_hw_params_get_rate_max(hw, &most, nullptr);
-    return fmt::format("must be {} to {}", least, most);
-}
-
-}  // namespace
-
 std::string AlsaGranted::text() const {
     const double begins_ms = 1e3 * kept_frames / rate_hz;
     return fmt::format(
@@ -74,7 +37,7 @@ struct AlsaPcm::State {
     AlsaGranted granted{};
     AlsaHandle handle;
     snd_pcm_t* pcm = static_cast<snd_pcm_t*>(handle.get());
-    std::unique_ptr<snd_pcm_status_t, Release> status = made<snd_pcm_status_t>(snd_pcm_status_malloc);
+    AlsaOwned<snd_pcm_status_t> status = made(snd_pcm_status_malloc, snd_pcm_status_free);
     std::optional<StreamKeeper> controller{};  // destroyed before the handle is closed
     std::vector<pollfd> polled{};
     std::vector<std::byte> silence{};
@@ -96,10 +59,10 @@ struct AlsaPcm::State {
 
 // Requests exactly the settings: a device that would grant a near value is refused.
 void AlsaPcm::State::agree(const AlsaSettings& settings) {
-    const auto owned = made<snd_pcm_hw_params_t>(snd_pcm_hw_params_malloc);
+    const auto owned = made(snd_pcm_hw_params_malloc, snd_pcm_hw_params_free);
     snd_pcm_hw_params_t* hw = owned.get();
     const auto rate = static_cast<unsigned>(settings.rate_hz);
-    const snd_pcm_format_t format = alsa_formats[static_cast<std::size_t>(settings.format)];
+    const auto format = static_cast<snd_pcm_format_t>(format_number(settings.format));
     check(snd_pcm_hw_params_any(pcm, hw), "has no configuration to play with");
     check(snd_pcm_hw_params_set_rate_resample(pcm, hw, 0), "resampling cannot be switched off");
     check(snd_pcm_hw_params_set_access(pcm, hw, SND_PCM_ACCESS_RW_INTERLEAVED), "interleaved writing");
@@ -109,14 +72,17 @@ void AlsaPcm::State::agree(const AlsaSettings& settings) {
     if (snd_pcm_hw_params_set_rate(pcm, hw, rate, 0) < 0)
         refuse(fmt::format("rate_hz {} is not possible: {}", rate, allowed_rates(pcm, hw)));
     const std::vector<int> counts = possible_channels(pcm, hw);
-    const int needed = std::max(2, settings.enable_channel);
+    const int needed = settings.channels();
     const auto enough = std::ranges::lower_bound(counts, needed);  // the others are silent
     const auto channels = static_cast<unsigned>(enough == counts.end() ? needed : *enough);
     if (snd_pcm_hw_params_set_channels(pcm, hw, channels) < 0)
         refuse(fmt::format("{}; the channel counts it has are {}",
-                           settings.enable_channel > 0
-                               ? fmt::format("enable_channel {} is not possible", settings.enable_channel)
-                               : "two channels are required",
+                           needed > 2 ? fmt::format("{} {} is not possible",
+                                                    needed == settings.enable_channel  ? "enable_channel"
+                                                    : needed == settings.drive_channel ? "drive_channel"
+                                                                                       : "trigger_channel",
+                                                    needed)
+                                      : "two channels are required",
                            fmt::join(counts, ", ")));
     agree_frames(hw, settings);
     check(snd_pcm_hw_params(pcm, hw), "the configuration is refused");
@@ -160,7 +126,7 @@ void AlsaPcm::State::agree_frames(snd_pcm_hw_params_t* hw, const AlsaSettings& s
 // The stream is started explicitly and stops when `stop_threshold` frames are free. Played frames become
 // silence, so that old frames are never heard again.
 void AlsaPcm::State::set_software(int stop_threshold) {
-    const auto owned = made<snd_pcm_sw_params_t>(snd_pcm_sw_params_malloc);
+    const auto owned = made(snd_pcm_sw_params_malloc, snd_pcm_sw_params_free);
     snd_pcm_sw_params_t* sw = owned.get();
     snd_pcm_uframes_t boundary = 0;
     const char* what = "the software parameters";
@@ -228,7 +194,7 @@ int AlsaPcm::State::stream_error() const noexcept {
 }
 
 AlsaPcm::AlsaPcm(const AlsaSettings& settings)
-    : state_{new State{.handle = open_alsa_playback(settings.pcm, settings.alsa_config)}} {
+    : state_{new State{.handle = open_alsa(Direction::playback, settings.pcm, settings.alsa_config)}} {
     State& s = *state_;
     s.granted.pcm = settings.pcm;
     s.agree(settings);

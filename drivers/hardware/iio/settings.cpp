@@ -7,14 +7,6 @@
 namespace shaker::iio {
 namespace {
 
-std::array<double, 3> axis_at(SettingsTable& table, std::string_view key) {
-    if (table.is_text(key) || !table.has(key)) {
-        table.choice(key, {"fit"}, 0);
-        return {};
-    }
-    return read_axis(table, key);
-}
-
 bool is_uri(const std::string& text) {
     constexpr std::array<std::string_view, 3> backends{"local:", "ip:", "usb:"};
     return std::ranges::any_of(backends, [&](std::string_view b) { return text.starts_with(b); });
@@ -41,7 +33,7 @@ IioSettings read_iio_settings(SettingsTable& table) {
     const std::size_t otherwise = s.uri.starts_with("local:") ? 0 : 1;
     constexpr std::array kinds{IioStamps::host, IioStamps::device, IioStamps::none};
     s.stamps = kinds.at(table.choice("stamps", {"host", "device", "none"}, otherwise));
-    s.shaker_axis = axis_at(table, "shaker_axis");
+    s.shaker_axis = read_shaker_axis(table, 3);
     s.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, s.clock_uncertainty_s);
     if (table.has("range_mps2")) s.range_mps2 = table.number("range_mps2", {1e-6, 1e6});
     return s;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,6 +46,8 @@ struct DeviceKind {
     std::vector<ListedDevice> (*list)(const Search&);  // does not throw for a device
     std::span<const SearchOption> search{};
     DeviceAdvice advice{};  // of the self-test
+    /// The controls that belong to the device; null: the kind has none. Reads its keys.
+    std::optional<MixerDevice> (*mixer)(SettingsTable&) = nullptr;
 };
 
 using OpenCamera = std::function<std::unique_ptr<Camera>(View, Notes&)>;

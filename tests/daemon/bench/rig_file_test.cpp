@@ -10,15 +10,15 @@
 namespace shaker::test {
 namespace {
 
-/// The first TOML example of a document.
-std::string example_of(const std::filesystem::path& document) {
+/// A TOML example of a document, from 1.
+std::string example_of(const std::filesystem::path& document, int number) {
     std::ifstream in{document};
     std::string text;
     bool inside = false;
     for (std::string line; std::getline(in, line);) {
         if (inside && line == "```") break;
         if (inside) text += line + "\n";
-        if (line == "```toml") inside = true;
+        if (line == "```toml") inside = --number == 0;
     }
     return text;
 }
@@ -31,7 +31,8 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 struct RigFileTest : testing::Test {
     std::filesystem::path folder = fresh_folder();
-    std::string wiring = example_of(test::source_dir() + "/drivers/hardware/WIRING.md");
+    std::string analog = example_of(test::source_dir() + "/drivers/hardware/WIRING.md", 1),
+                wiring = example_of(test::source_dir() + "/drivers/hardware/WIRING.md", 2);
 
     ~RigFileTest() override { std::filesystem::remove_all(folder); }
     Outcome check(const std::string& text) {
@@ -51,6 +52,18 @@ TEST_F(RigFileTest, ReadsTheWiringGuidesExampleUpToItsDevices) {
     const Outcome o = check(wiring);
     EXPECT_EQ(o.status, 3) << o.err;
     EXPECT_NE(o.err.find("Vendor-Model-Serial"), std::string::npos) << "no such camera here: " << o.err;
+}
+
+TEST_F(RigFileTest, ReadsTheBenchWithOneSoundCardUpToItsDevices) {
+    const std::string bench = analog + wiring.substr(wiring.find("[shaker]"));
+    const Outcome o = check(bench);
+    EXPECT_EQ(o.status, 3) << o.err;
+    EXPECT_NE(o.err.find("Vendor-Model-Serial"), std::string::npos) << "no such camera here: " << o.err;
+    expect_refused(replaced(bench, "channels = [3]", "channels = [3, 3]"),
+                   {"accelerometer.channels", "twice"});
+    expect_refused(replaced(bench, "driver = \"alsa\"", "driver = \"comedi\""),
+                   {"accelerometer.driver", "\"iio\", \"alsa\""});
+    expect_refused(replaced(bench, "trigger_channel = 4", "trigger_channel = 3"), {"dac.trigger_channel"});
 }
 
 TEST_F(RigFileTest, GravityOfThePlaceIsASetting) {

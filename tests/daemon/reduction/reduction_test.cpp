@@ -351,5 +351,22 @@ TEST(ReductionCostTest, ReducesTwoViewsInUnderATenthOfASecond) {
 #endif
 }
 
+// On one card the rate is no unknown: it has no error, and the other results are as true as with a fitted
+// one.
+TEST(ReductionTest, OneClockForDriveAndSensorHasNoRateToFit) {
+    SyntheticRun run;
+    run.ppm = 0;
+    Measurement m = make_measurement(run);
+    m.frequency_is_exact = true;
+    m.accelerometer.dac_clock = true;
+    const Reduction r = reduce(m);
+    EXPECT_EQ(r.accelerometer_ppm.value, 0);
+    EXPECT_EQ(r.accelerometer_ppm.sigma, 0);
+    EXPECT_NEAR(r.gamma.value, run.drive.gamma, 4 * r.gamma.sigma);
+    EXPECT_NEAR(r.phi.value, run.drive.phi, 4 * r.phi.sigma);
+    EXPECT_NEAR(r.v_D.value, drift_velocity(run), 4 * r.v_D.sigma);
+    EXPECT_NEAR(r.accelerometer_late_s.value, run.late_s, 4 * r.accelerometer_late_s.sigma);
+}
+
 }  // namespace
 }  // namespace shaker::reduction

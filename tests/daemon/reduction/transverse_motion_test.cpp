@@ -38,6 +38,32 @@ TEST(AcrossTest, MotionAlongTheAxisGivesNoiseOnly) {
     }
 }
 
+// An axis that the sensor does not have is not an axis without motion, and no gravity is not a level base.
+TEST(AcrossTest, WhatASensorWithFewerAxesDoesNotMeasureIsNotKnown) {
+    for (const int axes : {1, 2}) {
+        Measurement m = make_measurement(bench);
+        m.accelerometer.axes = axes;
+        m.accelerometer.gravity = false;
+        m.accelerometer.shaker_axis = {1, 0, 0};
+        for (auto& a : m.accelerometer.a_mps2)
+            for (std::size_t k = static_cast<std::size_t>(axes); k < 3; ++k) a[k] = 0;
+        const Reduction r = reduce(m);
+        for (const MeasuredHarmonic& h : r.harmonics) {
+            EXPECT_TRUE(std::isnan(h.across.share.value)) << axes << " axes, harmonic " << h.q;
+            EXPECT_TRUE(std::isnan(h.across.amplitude.value));
+            EXPECT_TRUE(std::isnan(h.across.in_phase));
+        }
+        EXPECT_TRUE(std::isnan(r.tilt.angle.value));
+        EXPECT_FALSE(r.degraded);
+        const auto said = [&](const char* words) {
+            return std::ranges::any_of(r.notes, [&](const std::string& n) { return n.find(words) == 0; });
+        };
+        EXPECT_TRUE(said("motion across the shaker's axis is not known"));
+        EXPECT_TRUE(said("tilt by gravity is not known"));
+        EXPECT_NEAR(r.v_D.value, reduce(make_measurement(bench)).v_D.value, r.v_D.sigma);
+    }
+}
+
 TEST(AcrossTest, TurnedSensorIsInPhaseAtEveryHarmonic) {
     Measurement m = make_measurement(bench);
     m.accelerometer.shaker_axis = {1, 0, 0};  // it is turned by 2 degrees

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "tests/support/nightly.hpp"
@@ -67,6 +68,34 @@ TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
     EXPECT_EQ(replay.status, 0) << replay.err;
     EXPECT_NE(replay.out.find("replay: identical"), std::string::npos) << replay.out;
     EXPECT_FALSE(std::filesystem::exists(folder / "run.nxs.part"));
+}
+
+// One axis, no gravity. A pole at f_c leads by f_c / (q f) at harmonic q: phi = alpha_2 - 2 alpha_1 is read
+// too small by 3/2 f_c / f, the drive is turned by as much, and v_D is that of another phi. The next step is
+// to correct it by the cameras.
+TEST(RunTest, AnAcCoupledSensorWithOneAxisMeasures) {
+    const auto predicted = [](double phi) {
+        const Outcome o =
+            shakerd("predict --json --gamma 1g --mu 0.113 --phi " + std::to_string(phi) + "rad", ".");
+        return json::parse(o.out).at("v_D_mps").get<double>();
+    };
+    double without = 0;
+    for (const double corner_hz : {0.0, 0.05, 0.33}) {
+        const auto folder = fresh_folder();
+        std::ofstream{folder / "analog.toml"}
+            << positions
+            << "[accelerometer]\naxes = 1\ngravity = 0\nyaw_deg = 0\nhigh_pass_hz = " << corner_hz << "\n";
+        const json r = run("--scene analog.toml --gamma 1g --phi 0.6rad --periods 40 -o run.nxs", folder);
+        expect_true_drift(r);
+        EXPECT_TRUE(r.at("bench_check").at("tilt_rad").is_null());
+        EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
+        const double v = r["v_D_true_mps"];
+        if (corner_hz == 0) without = v;
+        const double turned = 1.5 * corner_hz / 20, by_phi = predicted(0.6 + turned) - predicted(0.6);
+        std::printf("corner %.2f Hz: phi is off by %.2f mrad, v_D by %+.1f um/s (%+.1f by that phi)\n",
+                    corner_hz, 1e3 * turned, 1e6 * (v - without), 1e6 * by_phi);
+        EXPECT_NEAR(v - without, by_phi, 0.15 * std::abs(by_phi) + 2e-6);
+    }
 }
 
 // AC coupling, the walker's reaction and distortion of the shaker make the base's motion differ from the

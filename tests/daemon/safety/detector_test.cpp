@@ -94,7 +94,7 @@ const std::map<Cause, Scenario>& scenarios() {
                                       .stalls_at_s = 3,
                                       .stalls_for_s = 0.7,
                                       .longest_s = running_s}};
-        for (const Cause asked : {Cause::operator_stop, Cause::recorder}) {
+        for (const Cause asked : {Cause::operator_stop, Cause::recorder, Cause::mixer}) {
             s[asked] = {.run = {.scene = bench, .identify = false, .longest_s = running_s}};
             s[asked].run.each = [asked, stopped = false](run::Sequence& sequence,
                                                          acquisition::Channels& channels,
@@ -149,9 +149,10 @@ TEST_P(DetectorOffTest, NothingTripsByItsCause) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DetectorTest, ::testing::ValuesIn(all_but({})), cause_name);
-INSTANTIATE_TEST_SUITE_P(
-    All, DetectorOffTest,
-    ::testing::ValuesIn(all_but({Cause::operator_stop, Cause::recorder, Cause::abort_input})), cause_name);
+INSTANTIATE_TEST_SUITE_P(All, DetectorOffTest,
+                         ::testing::ValuesIn(all_but({Cause::operator_stop, Cause::recorder,
+                                                      Cause::abort_input, Cause::mixer})),
+                         cause_name);
 
 TEST(DetectorsTest, EveryDetectorHasAScenario) {
     for (std::size_t i = 0; i < causes; ++i) {

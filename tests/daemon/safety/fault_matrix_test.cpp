@@ -30,6 +30,13 @@ INSTANTIATE_TEST_SUITE_P(All, FaultMatrixTest,
                              return std::get<0>(from.param).name + "_in_" + name(std::get<1>(from.param));
                          });
 
+INSTANTIATE_TEST_SUITE_P(OneAxis, FaultMatrixTest,
+                         ::testing::Combine(::testing::ValuesIn(test::one_axis_cases()),
+                                            ::testing::ValuesIn(test::lasting_states)),
+                         [](const auto& from) {
+                             return std::get<0>(from.param).name + "_in_" + name(std::get<1>(from.param));
+                         });
+
 TEST(TripTimeTest, ExceededLimitRampsDriveWithinBlockAndOneMs) {
     for (int seed = 1; seed <= 12; ++seed) {
         const test::Crossing crossing = test::cross_limit(seed);

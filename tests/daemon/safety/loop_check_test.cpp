@@ -57,6 +57,24 @@ double full_peak(const LoopCheckPlan& p) {
     return peak;
 }
 
+// Without gravity and a camera that sees the base, the response in use is all that shows the gain.
+TEST(LoopCheckTest, AGainThatNothingElseShowsIsHeldTighter) {
+    LoopCheckPlan p = plan();
+    const control::IdentifiedResponse known = identified(p);
+    for (const bool has_response : {false, true}) {
+        p.identified = has_response ? &known : nullptr;
+        for (const double gain : {0.75, 1.3}) {
+            p.gain_shown = true;
+            EXPECT_FALSE(checked(p, gain, 1e-4).trip()) << gain;
+            p.gain_shown = false;
+            ASSERT_TRUE(checked(p, gain, 1e-4).trip()) << gain;
+            EXPECT_EQ(checked(p, gain, 1e-4).trip()->cause, Cause::gain_limit);
+        }
+        EXPECT_FALSE(checked(p, 0.85, 1e-4).trip());
+        EXPECT_FALSE(checked(p, 1.2, 1e-4).trip());
+    }
+}
+
 TEST(LoopCheckTest, LevelIsFivePercentOfTheDrive) {
     const LoopCheckPlan p = plan();
     EXPECT_NEAR(peak_of(p, LoopCheck{p}), 0.05 * full_peak(p), 1e-9);

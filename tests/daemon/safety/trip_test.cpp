@@ -19,14 +19,14 @@ TEST(TripTest, EveryCauseHasUniqueNameAndText) {
         EXPECT_NE(words.find(name(cause)), std::string::npos) << words;
         EXPECT_NE(words.find("77"), std::string::npos) << words;
         EXPECT_EQ(words.find('{'), std::string::npos) << words;
-        if (cause == Cause::sensor_not_finite || cause == Cause::operator_stop || cause == Cause::abort_input)
+        if (cause == Cause::sensor_not_finite || cause == Cause::operator_stop ||
+            cause == Cause::abort_input || cause == Cause::mixer)
             continue;
         EXPECT_NE(words.find("12"), std::string::npos) << words;
         EXPECT_NE(words.find('4'), std::string::npos) << words;
     }
     EXPECT_EQ(names.size(), causes);
-    EXPECT_STREQ(name(Cause::operator_stop), "operator_stop")
-        << "the last one: words and causes in one order";
+    EXPECT_STREQ(name(Cause::operator_stop), "operator_stop") << "words and causes in one order";
 }
 
 TEST(TripTest, TextHasUnitAndNextAction) {

@@ -79,6 +79,21 @@ TEST(CsvAccelerometerTest, EveryDigitOfTheTextSurvives) {
     EXPECT_EQ(blocks[2].arrived.time_since_epoch().count(), std::llround(149 * 0.00025e9));
 }
 
+TEST(CsvAccelerometerTest, OneColumnIsOneAxis) {
+    const SessionFolder folder;
+    CsvAccelerometerFile file = described(folder.write("accel.csv", "t_s,ax,ay,az\n0,1,2,3\n0.1,-4,5,6\n"));
+    file.axes = {"ax"};
+    file.gravity = false;
+    file.shaker_axis = {1, 0, 0};
+    const auto device = open_csv_accelerometer(file).accelerometer;
+    EXPECT_EQ(device->info().axes, 1);
+    EXPECT_FALSE(device->info().gravity);
+    EXPECT_EQ(device->info().mps2_per_count[1], 0);
+    const AccelBlock block = all_blocks(*device).at(0);
+    EXPECT_NEAR(device->info().acceleration(block.counts[1])[0], -4, 1e-9);
+    EXPECT_EQ(block.counts[1][1], 0);
+}
+
 TEST(CsvAccelerometerTest, MissingSamplesSkipTicksAndMarkNextBlock) {
     const SessionFolder folder;
     std::vector<Row> rows;

@@ -268,6 +268,20 @@ TEST_F(LabSessionTest, DirectionVectorsMustHaveUnitLength) {
               (std::array<double, 3>{}));
 }
 
+TEST_F(LabSessionTest, OneColumnOfAccelerationsIsEnough) {
+    const std::string three = R"(axes = ["ax", "ay", "az"])";
+    const auto one = read(replaced(replaced(good, three, R"(axes = ["ax"])"), "[0.6, 0.0, 0.8]", "\"fit\""));
+    EXPECT_EQ(one.accelerometer->axes.size(), 1U);
+    EXPECT_FALSE(one.accelerometer->gravity);
+    EXPECT_EQ(one.accelerometer->shaker_axis, (std::array<double, 3>{1, 0, 0}));
+    const auto two = read(replaced(replaced(good, three, "axes = [\"ax\", \"ay\"]\ngravity = true"),
+                                   "[0.6, 0.0, 0.8]", "[0.6, 0.8, 0.0]"));
+    EXPECT_TRUE(two.accelerometer->gravity);
+    EXPECT_TRUE(read(good).accelerometer->gravity);
+    expect_in(refused(three, R"(axes = ["ax"])"), {"shaker_axis", "part along z", "it has 1 axis"});
+    expect_in(refused(three, "axes = []"), {"an array of 1 to 3 texts"});
+}
+
 TEST_F(LabSessionTest, ValuesOutOfRangeAreRefusedByKeyAndLine) {
     const auto expect_refused = [&](const std::string& from, const std::string& to,
                                     const std::string& where) {

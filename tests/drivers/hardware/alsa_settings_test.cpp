@@ -78,10 +78,31 @@ TEST(AlsaSettingsTest, EnableToneIsOnASpareChannel) {
         return refusal<InputError>([&] { read(head + keys); });
     };
     expect_says(said("enable_channel = 2"), "enable_channel: 2 is not spare: channel 1 is the drive");
-    expect_says(said("enable_channel = 2"), "must be 3 to 64");
+    expect_says(said("enable_channel = 2"), "must be another one, 1 to 64");
+    EXPECT_EQ(read(head + "enable_channel = 2\nsecond_channel = 'off'").channels(), 2);
+    EXPECT_EQ(read(head + "drive_channel = 3\nenable_channel = 1").channels(), 3);
     expect_says(said("enable_hz = 500"), "enable_hz: this key needs enable_channel");
     expect_says(said("enable_channel = 3\nenable_hz = 50"), "enable_hz");
     expect_says(said("enable_channel = 3\nenable_before_s = 0"), "enable_before_s");
+}
+
+TEST(AlsaSettingsTest, DriveAndTriggerAreOnTheirChannels) {
+    const std::string head = "pcm = 'x'\nfull_scale_V = 1\n";
+    const alsa::AlsaSettings s = read(head + "drive_channel = 3\ntrigger_channel = 4\npulse_hz = 1000");
+    EXPECT_EQ(s.drive_channel, 3);
+    EXPECT_EQ(s.trigger_channel, 4);
+    EXPECT_EQ(s.pulse_hz, 1000);
+    EXPECT_EQ(s.channels(), 4);
+    EXPECT_EQ(read(head + "drive_channel = 2").trigger_channel, 1);
+    const auto said = [&](const std::string& keys) {
+        return refusal<InputError>([&] { read(head + keys); });
+    };
+    expect_says(said("drive_channel = 2\ntrigger_channel = 2"),
+                "trigger_channel: 2 is the drive's channel, too");
+    expect_says(said("drive_channel = 65"), "1 to 64");
+    expect_says(said("second_channel = 'off'\ntrigger_channel = 2"), "this key needs second_channel");
+    expect_says(said("second_channel = 'tone'\npulse_hz = 10"), "pulse_hz: this key needs second_channel");
+    expect_says(said("pulse_hz = 5001"), "0.1 to 5000");
 }
 
 TEST(AlsaSettingsTest, RefusesBufferTooSmallForRamp) {
@@ -125,6 +146,9 @@ TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
     expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }),
                 "enable_channel 9 is not possible; the channel counts it has are 2, 3, 8");
     s = mock.settings;
+    s.drive_channel = 10;
+    expect_says(refusal<DeviceError>([&] { alsa::AlsaDac{s}; }), "drive_channel 10 is not possible");
+    s = mock.settings;
     s.pcm = "not_there";
     const std::string said = refusal<DeviceError>([&] { alsa::AlsaDac{s}; });
     expect_says(said, "not_there");
@@ -132,7 +156,8 @@ TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
 }
 
 TEST(AlsaDevicesTest, DeviceNamesAreStableAndOpen) {
-    for (const alsa::AlsaDevice& device : alsa::list_alsa_devices()) {  // none in most test machines
+    for (const alsa::AlsaDevice& device :
+         alsa::list_alsa_devices(alsa::Direction::playback)) {  // none in most test machines
         expect_says(device.pcm, "hw:CARD=");
         EXPECT_FALSE(device.name.empty());
         EXPECT_TRUE(!device.error.empty() || !device.channels.empty()) << device.text();
@@ -141,7 +166,8 @@ TEST(AlsaDevicesTest, DeviceNamesAreStableAndOpen) {
 
 TEST(AlsaDevicesTest, DescribesDeviceDefinedInFile) {
     const MockDac mock;
-    const alsa::AlsaDevice device = alsa::describe_alsa_device("shaker", mock.settings.alsa_config);
+    const alsa::AlsaDevice device =
+        alsa::describe_alsa_device(alsa::Direction::playback, "shaker", mock.settings.alsa_config);
     EXPECT_EQ(device.error, "");
     EXPECT_EQ(device.formats.size(), 4U);
     EXPECT_EQ(device.rates_hz, std::vector<int>{48000});
@@ -152,8 +178,11 @@ TEST(AlsaDevicesTest, DescribesDeviceDefinedInFile) {
 TEST(AlsaDevicesTest, DescribesBusyOrUnknownDeviceByError) {
     const MockDac mock;
     const alsa::AlsaDac dac{mock.settings};
-    expect_says(alsa::describe_alsa_device("shaker", mock.settings.alsa_config).text(), "busy");
-    expect_says(alsa::describe_alsa_device("not_there", {}).error, "No such file or directory");
+    expect_says(
+        alsa::describe_alsa_device(alsa::Direction::playback, "shaker", mock.settings.alsa_config).text(),
+        "busy");
+    expect_says(alsa::describe_alsa_device(alsa::Direction::playback, "not_there", {}).error,
+                "No such file or directory");
 }
 
 }  // namespace

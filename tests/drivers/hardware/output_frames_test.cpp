@@ -141,5 +141,33 @@ TEST(OutputFramesTest, FurtherChannelsAreSilent) {
         for (std::size_t i = 8; i < 16; ++i) EXPECT_EQ(bytes[16 * frame + i], std::byte{0});
 }
 
+TEST(OutputFramesTest, EachSignalIsOnItsChannelAndTheOthersAreSilent) {
+    alsa::AlsaSettings s = settings_with(alsa::SecondChannel::trigger);
+    s.drive_channel = 3;
+    s.trigger_channel = 1;
+    s.enable_channel = 4;
+    constexpr std::size_t channels = 5, n = 240;
+    alsa::OutputFrames frames{s, alsa::PcmCodec{s.format, 0, 1}, channels, n};
+    std::vector<double> pulses(n);
+    pulses[7] = 1;
+    const std::vector<double> drive = sine(n, 0.01, 0.1);
+    const auto bytes = frames.block(drive, pulses, {0}, true);
+    const auto volts = [&](std::size_t frame, std::size_t channel) {
+        std::uint32_t word = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            word |= std::to_integer<std::uint32_t>(bytes[4 * (channels * frame + channel) + i]) << (8 * i);
+        return static_cast<std::int32_t>(word) / 256.0 / steps;
+    };
+    double tone = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        EXPECT_NEAR(volts(i, 2), drive[i], 1 / steps);
+        EXPECT_EQ(volts(i, 0) > 0.5, i >= 7 && i < 12) << i;
+        EXPECT_EQ(volts(i, 1), 0);
+        EXPECT_EQ(volts(i, 4), 0);
+        tone = std::max(tone, std::abs(volts(i, 3)));
+    }
+    EXPECT_GT(tone, 0.9);
+}
+
 }  // namespace
 }  // namespace shaker::hardware

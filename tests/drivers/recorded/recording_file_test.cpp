@@ -59,6 +59,23 @@ TEST_F(SessionFileTest, HeaderIsReadBack) {
     EXPECT_EQ(read_.note, written_.note);
 }
 
+TEST(AnalogSensorFileTest, AxesAndGravityAreReadBack) {
+    const SessionFolder folder;
+    EXPECT_EQ(read_session([&] {
+                  write_session(small_session(), folder / "usual.h5");
+                  return folder / "usual.h5";
+              }())
+                  .header.accelerometer.axes,
+              3);
+    Session written = small_session();
+    written.header.accelerometer.axes = 1;
+    written.header.accelerometer.gravity = false;
+    write_session(written, folder / "analog.h5");
+    const AccelerometerInfo b = read_session(folder / "analog.h5").header.accelerometer;
+    EXPECT_EQ(b.axes, 1);
+    EXPECT_FALSE(b.gravity);
+}
+
 TEST(CalibratedSensorFileTest, GainMatrixAndTextOfTheCalibrationAreReadBack) {
     const SessionFolder folder;
     Session written = small_session();

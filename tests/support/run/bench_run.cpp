@@ -17,7 +17,7 @@ namespace shaker::test {
 namespace {
 
 mock::MockBenchSettings settings_for(const std::filesystem::path& folder, double dac_ppm,
-                                     const std::string& changes) {
+                                     const std::string& changes, bool line_input) {
     if (const std::string refused = private_network(); !refused.empty()) throw std::runtime_error{refused};
     mock::MockBenchSettings s;
     s.scene = simulated::parse_scene(
@@ -26,13 +26,14 @@ mock::MockBenchSettings settings_for(const std::filesystem::path& folder, double
     s.plugin = test::build_dir() + "/shaker_mock_pcm.so";
     s.dac_ppm = dac_ppm;
     s.log_codes = true;
+    s.line_input = line_input;
     return s;
 }
 
 }  // namespace
 
-BenchRun::BenchRun(double dac_ppm, const std::string& changes)
-    : folder{fresh_folder()}, bench{settings_for(folder, dac_ppm, changes)} {}
+BenchRun::BenchRun(double dac_ppm, const std::string& changes, bool line_input)
+    : folder{fresh_folder()}, bench{settings_for(folder, dac_ppm, changes, line_input)} {}
 
 BenchRun::~BenchRun() {
     program_.reset();

@@ -14,8 +14,8 @@ namespace shaker::test {
 /// small machine can render beside everything else.
 class BenchRun {
 public:
-    /// `changes`: to the scene, as TOML (drivers/simulated/SCENES.md).
-    explicit BenchRun(double dac_ppm = 0, const std::string& changes = {});
+    /// `changes`: to the scene, as TOML (drivers/simulated/SCENES.md). line_input: as MockBenchSettings.
+    explicit BenchRun(double dac_ppm = 0, const std::string& changes = {}, bool line_input = false);
     ~BenchRun();
     BenchRun(const BenchRun&) = delete;
     BenchRun& operator=(const BenchRun&) = delete;

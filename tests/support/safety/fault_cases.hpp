@@ -35,9 +35,12 @@ struct FaultCase {
     std::array<Answer, lasting_states.size()> answers;
     std::set<safety::Cause> off{};  // detectors that are switched off
     std::uint64_t missing = 0;      // least number of missing samples counted, if the run goes on
+    bool one_axis = false;          // the bench has a sensor with one axis, AC-coupled, without gravity
 };
 
 const std::vector<FaultCase>& fault_cases();
+/// Faults that the sensor shows otherwise when it has one axis and no gravity.
+const std::vector<FaultCase>& one_axis_cases();
 const Answer& answer_to(const FaultCase& fault, run::RunState state);
 
 /// A run with a fault.
