@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "drivers/data.hpp"
-#include "drivers/mixer.hpp"
+#include "drivers/mixer/mixer.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker {

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "drivers/errors.hpp"
-#include "drivers/mixer.hpp"
+#include "drivers/mixer/mixer.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/text/sha256.hpp"
 

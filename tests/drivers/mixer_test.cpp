@@ -1,5 +1,5 @@
 // Comparison of the controls of a sound card.
-#include "drivers/mixer.hpp"
+#include "drivers/mixer/mixer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,8 +12,8 @@
 #include "tests/mock/converter.hpp"
 #include "tests/mock/gige_camera.hpp"
 #include "tests/mock/iiod.hpp"
-#include "tests/mock/line_input.hpp"
-#include "tests/mock/mixer.hpp"
+#include "tests/mock/sound/line_input.hpp"
+#include "tests/mock/sound/mixer.hpp"
 
 namespace shaker::mock {
 

@@ -21,7 +21,7 @@
 
 #include "drivers/descriptor.hpp"
 #include "tests/mock/converter_memory.hpp"
-#include "tests/mock/limits_plugin.hpp"
+#include "tests/mock/sound/limits_plugin.hpp"
 
 namespace {
 

@@ -14,7 +14,7 @@
 #include "drivers/hardware/alsa_input/alsa_accelerometer.hpp"
 #include "drivers/hardware/alsa_input/rate_reducer.hpp"
 #include "tests/mock/converter.hpp"
-#include "tests/mock/line_input.hpp"
+#include "tests/mock/sound/line_input.hpp"
 #include "tests/support/no_alloc.hpp"
 #include "tests/support/paths.hpp"
 

@@ -1,4 +1,4 @@
-#include "tests/mock/mixer.hpp"
+#include "tests/mock/sound/mixer.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -9,7 +9,7 @@
 
 #include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
-#include "tests/mock/mixer_memory.hpp"
+#include "tests/mock/sound/mixer_memory.hpp"
 
 namespace shaker::mock {
 

@@ -1,4 +1,4 @@
-#include "tests/mock/line_input.hpp"
+#include "tests/mock/sound/line_input.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -8,7 +8,7 @@
 
 #include "drivers/descriptor.hpp"
 #include "drivers/errors.hpp"
-#include "tests/mock/line_memory.hpp"
+#include "tests/mock/sound/line_memory.hpp"
 
 namespace shaker::mock {
 

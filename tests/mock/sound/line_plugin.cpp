@@ -15,8 +15,8 @@
 #include <memory>
 
 #include "drivers/descriptor.hpp"
-#include "tests/mock/limits_plugin.hpp"
-#include "tests/mock/line_memory.hpp"
+#include "tests/mock/sound/limits_plugin.hpp"
+#include "tests/mock/sound/line_memory.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "drivers/mixer.hpp"
+#include "drivers/mixer/mixer.hpp"
 
 #include <sstream>
 

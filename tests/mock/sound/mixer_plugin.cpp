@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "drivers/descriptor.hpp"
-#include "tests/mock/mixer_memory.hpp"
+#include "tests/mock/sound/mixer_memory.hpp"
 
 namespace {
 
