@@ -21,6 +21,7 @@
 #include "drivers/commissioned/record.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/mixer/mixer.hpp"
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
@@ -333,16 +334,24 @@ std::optional<commissioned::Record> earlier(const std::string& rig) try {
 }
 
 /// The change, when only the accelerometer was calibrated again and its gains moved less than 5 %; else
-/// empty.
+/// empty. A record of an earlier version has no mixers.
 std::string recalibrated(const commissioned::Record& before, const commissioned::Record& now) try {
-    if (before.rig_sha256 != now.rig_sha256 || before.files.size() != now.files.size()) return {};
+    const auto is_mixer = [](const commissioned::Named& file) {
+        return file.what.starts_with(commissioned::mixer_of);
+    };
+    const auto others = [&](const commissioned::Record& of) {
+        return std::ssize(of.files) - std::ranges::count_if(of.files, is_mixer);
+    };
+    if (before.rig_sha256 != now.rig_sha256 || others(before) != others(now)) return {};
     std::string change;
-    for (std::size_t i = 0; i < now.files.size(); ++i) {
-        const commissioned::Named &a = before.files[i], &b = now.files[i];
-        if (a == b || (a.what == b.what && a.what.starts_with(commissioned::mixer_of) &&
-                       mixer_changes(a.text, b.text).empty()))
+    for (const commissioned::Named& b : now.files) {
+        const auto found = std::ranges::find(before.files, b.what, &commissioned::Named::what);
+        if (is_mixer(b) && (found == before.files.end() || mixer_changes(found->text, b.text).empty()))
             continue;
-        if (a.what != "calibration of accelerometer" || b.what != a.what) return {};
+        if (found == before.files.end()) return {};
+        const commissioned::Named& a = *found;
+        if (a == b) continue;
+        if (a.what != "calibration of accelerometer") return {};
         const auto then = calibration::parse_calibration(a.text, "record"),
                    since = calibration::parse_calibration(b.text, "calibration");
         if (then.sensor != since.sensor) return {};

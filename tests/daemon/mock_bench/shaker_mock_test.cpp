@@ -48,7 +48,7 @@ TEST(ShakerMockTest, UnknownCommandIsAnsweredWithKnownOnes) {
     const struct {
         const char* line;
         std::vector<const char*> words;
-    } cases[] = {{"frobnicate", {"\"frobnicate\"", "accelerometer, camera, dac, counts, drift"}},
+    } cases[] = {{"frobnicate", {"\"frobnicate\"", "accelerometer, camera, dac, line, mixer, counts, drift"}},
                  {"dac melt", {"\"melt\"", "plug, stall, underrun, unplug"}},
                  {"dac stall", {"SECONDS", "at its end"}},
                  {"dac stall -1", {"SECONDS = \"-1\"", "0.001 to 3600"}},
