@@ -125,12 +125,18 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
               : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
 }
 
-void note_unmeasured(const AccelSeries& s, std::vector<std::string>& notes) {
+void note_unmeasured(const AccelSeries& s, double frequency_hz, std::vector<std::string>& notes) {
     if (s.axes < 3)
         notes.push_back(fmt::format(
             "motion across the shaker's axis is not known: the accelerometer measures {} of 3 axes", s.axes));
-    if (!s.gravity)
-        notes.emplace_back("tilt by gravity is not known: the accelerometer's reading has no gravity");
+    if (s.gravity) return;
+    notes.emplace_back("tilt by gravity is not known: the accelerometer's reading has no gravity");
+    // One pole: the phase of harmonic q leads by corner / (q f), and phi = alpha_2 - 2 alpha_1.
+    notes.push_back(
+        fmt::format("phi is not corrected for the accelerometer's lower corner: 0.1 Hz of it turn phi by "
+                    "{:.2g} mrad, and mu "
+                    "and the law of friction depend on it",
+                    1e3 * 1.5 * 0.1 / frequency_hz));
 }
 
 /// Tells a drive that does not have the frequency of the fit, which somebody stated.
@@ -188,7 +194,7 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
     set_share(out.tilt, drive.acceleration, friction_in_slip(c.phase, c.v_mps, c.v_base_mps, f),
               out.v_D.value);
     note_tilt(out, out.notes);
-    note_unmeasured(m.accelerometer, out.notes);
+    note_unmeasured(m.accelerometer, f, out.notes);
 
     double scale = 0, weight = 0;
     bool known = true;
