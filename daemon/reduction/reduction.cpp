@@ -125,6 +125,9 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
               : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
 }
 
+// What the note on the phase of a sensor without gravity begins with.
+constexpr std::string_view corner_note = "phi is not corrected for the accelerometer's lower corner";
+
 void note_unmeasured(const AccelSeries& s, double frequency_hz, std::vector<std::string>& notes) {
     if (s.axes < 3)
         notes.push_back(fmt::format(
@@ -133,10 +136,9 @@ void note_unmeasured(const AccelSeries& s, double frequency_hz, std::vector<std:
     notes.emplace_back("tilt by gravity is not known: the accelerometer's reading has no gravity");
     // One pole: the phase of harmonic q leads by corner / (q f), and phi = alpha_2 - 2 alpha_1.
     notes.push_back(
-        fmt::format("phi is not corrected for the accelerometer's lower corner: 0.1 Hz of it turn phi by "
-                    "{:.2g} mrad, and mu "
-                    "and the law of friction depend on it",
-                    1e3 * 1.5 * 0.1 / frequency_hz));
+        fmt::format("{}: 0.1 Hz of it turn phi by {:.2g} mrad, and mu and the law of friction "
+                    "depend on it",
+                    corner_note, 1e3 * 1.5 * 0.1 / frequency_hz));
 }
 
 /// Tells a drive that does not have the frequency of the fit, which somebody stated.
@@ -285,7 +287,8 @@ Reduction reduce(Measurement measurement) {
 std::vector<std::string> doubts_of(const Reduction& r) {
     std::vector<std::string> doubts;
     for (const std::string& note : r.notes)
-        if (note.starts_with(alarm_note) || note.find(degraded_note) != std::string::npos)
+        if (note.starts_with(alarm_note) || note.starts_with(corner_note) ||
+            note.find(degraded_note) != std::string::npos)
             doubts.push_back(note);
     return doubts;
 }

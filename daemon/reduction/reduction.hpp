@@ -95,7 +95,8 @@ struct Reduction {
     std::vector<std::string> notes;  // for the operator, one sentence each
 };
 
-/// The notes that question a result: alarms of the bench check, and why it is degraded.
+/// The notes that question a result: alarms of the bench check, why it is degraded, and a phi that is not
+/// corrected.
 std::vector<std::string> doubts_of(const Reduction& r);
 /// Sets `degraded` and the alarm of the bench check as the notes have it, which are all that a recording
 /// keeps.
