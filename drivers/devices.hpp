@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "drivers/data.hpp"
+#include "drivers/response/lower_corner.hpp"
 #include "drivers/mixer/mixer.hpp"
 #include "drivers/view.hpp"
 
@@ -70,6 +71,7 @@ struct AccelerometerInfo {
     /// The constant part of the reading is gravity and offset. False: no gravity, as of an IEPE sensor, whose
     /// output has no constant part.
     bool gravity = true;
+    LowerCorner corner{};    // of all axes; none with gravity
     bool dac_clock = false;  // its samples have the clock of the DAC: the rate is exact on master time
     std::array<double, 3> offset_counts{};          // see acceleration()
     std::array<double, 3> mps2_per_count{1, 1, 1};  // negative where counts fall as acceleration rises

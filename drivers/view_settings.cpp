@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "drivers/errors.hpp"
@@ -128,6 +129,21 @@ std::array<double, 3> read_shaker_axis(SettingsTable& table, std::size_t axes) {
                                 ", which the sensor does not measure: it has " + std::to_string(axes) +
                                 (axes == 1 ? " axis" : " axes"));
     return axis;
+}
+
+LowerCorner read_lower_corner(SettingsTable& table, bool gravity) {
+    constexpr Range allowed{0, 100};
+    if (table.has("high_pass_hz") && gravity)
+        table.fail("high_pass_hz",
+                   "a sensor whose reading has gravity is coupled down to DC (gravity = true)");
+    LowerCorner corner;
+    if (gravity) return corner;
+    corner.poles = table.integer("high_pass_order", 1, 2, table.has("high_pass_hz") ? 1 : 0);
+    corner.error_hz = std::numeric_limits<double>::infinity();
+    if (!table.has("high_pass_hz")) return corner;
+    corner.hz = table.number("high_pass_hz", allowed);
+    corner.error_hz = table.number("high_pass_error_hz", allowed, LowerCorner::of_data_sheet * corner.hz);
+    return corner;
 }
 
 View read_view(SettingsTable& table, std::set<std::string>& taken) {

@@ -139,7 +139,7 @@ std::vector<commissioned::Named> named_files(SettingsTable& root, const Rig& rig
         if (const View& view = camera->view(); !view.calibration.empty())
             all.push_back({"calibration of camera " + view.camera, view.calibration});
     for (const MixerDevice& mixer : rig.mixers)
-        all.push_back({commissioned::mixer_of + mixer.card, mixer.read().controls});
+        all.push_back({commissioned::mixer_of + mixer.card, mixer.read()});
     return all;
 }
 
@@ -174,6 +174,11 @@ Bench open_file(const std::filesystem::path& file) {
     open.response = predicted_response(sheet);
     open.limits = limits_for(open.shaker, 0, open.rig, std::move(limits));
     return open;
+}
+
+// The record of its commissioning.
+std::optional<commissioned::Record> recorded(const Bench& bench) {
+    return bench.world ? std::nullopt : commissioned::read_record(bench.rig.name);
 }
 
 std::string text_of(const toml::node& node) {
@@ -211,41 +216,47 @@ Bench open_bench(const std::string& name, const std::filesystem::path& scene, si
     return open_file(name);
 }
 
-MixerChange mixers_changed(const Bench& bench) {
-    MixerChange change;
-    for (const MixerDevice& mixer : bench.rig.mixers) {
-        const std::string what = commissioned::mixer_of + mixer.card;
-        const auto then = std::ranges::find(bench.files, what, &commissioned::Named::what);
-        if (then == bench.files.end()) continue;
-        try {
-            const std::string now = mixer.read().controls;
-            const auto changes = mixer_changes(then->text, now).size();
-            if (changes == 0) continue;
-            change.controls += static_cast<int>(changes);
-            change.why = commissioned::mixer_trouble(*then, now);
+commissioned::MixerChange mixers_changed(const Bench& bench) {
+    std::vector<commissioned::Named> now;
+    commissioned::MixerChange unread;
+    for (const MixerDevice& mixer : bench.rig.mixers) try {
+            now.push_back({commissioned::mixer_of + mixer.card, mixer.read()});
         } catch (const DeviceError& e) {
-            ++change.controls;
-            change.why = e.what();
+            unread.why += (unread.controls++ > 0 ? "; " : "") + std::string{e.what()};
         }
-    }
+    commissioned::MixerChange change = commissioned::mixers_changed(bench.files, now);
+    if (unread.controls > 0) change.why += (change.controls > 0 ? "; " : "") + unread.why;
+    change.controls += unread.controls;
     return change;
 }
 
+std::string mixers_off_record(const Bench& bench) try {
+    const auto record = recorded(bench);
+    return record ? commissioned::mixers_changed(record->files, bench.files).why : "";
+} catch (const InputError&) {
+    return {};  // the reason is in Bench::not_commissioned
+}
+
 std::vector<std::string> restore_mixers(Bench& bench) {
-    const std::filesystem::path rig = bench.rig.name;
-    const auto record = bench.world ? std::nullopt : commissioned::read_record(rig);
+    const auto record = recorded(bench);
     std::vector<std::string> set;
+    int known = 0;
     for (const MixerDevice& mixer : bench.rig.mixers) {
-        const std::string what = commissioned::mixer_of + mixer.card;
         if (!record) break;
+        const std::string what = commissioned::mixer_of + mixer.card;
         const auto then = std::ranges::find(record->files, what, &commissioned::Named::what);
         if (then == record->files.end()) continue;
-        for (const std::string& name : mixer.restore({mixer.card, then->text}))
-            set.push_back(what + ": " + name);
+        ++known;
+        for (const std::string& name : mixer.restore(then->text)) set.push_back(what + ": " + name);
         const auto now = std::ranges::find(bench.files, what, &commissioned::Named::what);
-        if (now != bench.files.end()) now->text = mixer.read().controls;
+        if (now != bench.files.end()) now->text = mixer.read();
     }
-    bench.not_commissioned = commissioned::missing_record(rig, bench.rig_text, bench.files);
+    if (known == 0)
+        throw InputError{"--restore-mixer: " + (bench.rig.mixers.empty()
+                                                    ? "this bench has no mixer"
+                                                    : "no record of a commissioning has a mixer of " +
+                                                          bench.rig.name + "; nothing was set")};
+    bench.not_commissioned = commissioned::missing_record(bench.rig.name, bench.rig_text, bench.files);
     return set;
 }
 

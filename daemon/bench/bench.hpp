@@ -43,14 +43,14 @@ struct Bench {
 Bench open_bench(const std::string& name, const std::filesystem::path& scene, simulated::World::Pace pace,
                  const simulated::Scene& standard = simulated::paper_scene());
 
-struct MixerChange {
-    std::string why{};  // with the controls and the remedy
-    int controls = 0;   // that changed
-};
 /// Changes of the mixers of the sound cards since the bench was opened. A mixer that cannot be read
 /// counts as one control.
-MixerChange mixers_changed(const Bench& bench);
-/// Sets the mixers of real devices as in the record of the commissioning. Returns what was set. DeviceError.
+commissioned::MixerChange mixers_changed(const Bench& bench);
+/// What differs, at the opening, from the mixers in the record of the commissioning; empty: nothing, or there
+/// is no record that can be read.
+std::string mixers_off_record(const Bench& bench);
+/// Sets the mixers of real devices as in the record of the commissioning. Returns what was set. InputError
+/// when no record has them, DeviceError.
 std::vector<std::string> restore_mixers(Bench& bench);
 
 /// The limits in the bench's file now, for a reload.

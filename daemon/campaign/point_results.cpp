@@ -162,6 +162,8 @@ private:
                                        {&PointRow::efficiency, &Reduction::efficiency}})
             row_.*to = reduction::weighted(
                 of_each(reductions_, [from](const Reduction& r) { return r.*from; }), weights_);
+        for (const Reduction* r : reductions_)
+            row_.phi_systematic = std::fmax(row_.phi_systematic, r->systematic.phi);
         // Most of its error is that of the sensor's offset, the same in all passes.
         row_.tilt = {0, 0};
         for (std::size_t i = 0; i < reductions_.size(); ++i) {
@@ -244,6 +246,7 @@ law::Point with_numbers(const PointRow& row, int campaign) {
     p.v_D = row.v_D;
     p.true_v_D = row.true_v_D;
     p.tilt = row.tilt;
+    if (std::isfinite(row.phi_systematic)) p.turn_told = row.phi_systematic;
     p.time_s = recording::seconds_of(row.time);
     p.doubt = row.doubt;
     p.periods = static_cast<int>(std::lround(row.periods));
@@ -308,12 +311,7 @@ std::vector<law::Point> law_points(const PointsTable& table, int campaign) {
     };
     for (const PointHarmonic& h : table.harmonics) {
         law::Point* p = point(h.point);
-        const double amplitude = h.measured.amplitude.value, sd = h.measured.amplitude.sigma;
-        if (p == nullptr || h.measured.q < 1 || h.measured.q > max_harmonics || !std::isfinite(amplitude))
-            continue;
-        const double phase = std::isfinite(h.measured.phase.value) ? h.measured.phase.value : 0;
-        p->base.at(h.measured.q) = std::polar(amplitude, phase);
-        p->base_sd[static_cast<std::size_t>(h.measured.q - 1)] = std::isfinite(sd) ? sd : 0;
+        if (p == nullptr || !p->take(h.measured)) continue;
         if (h.measured.q > 2 && h.measured.q <= most_driven)
             p->asked.overtones[static_cast<std::size_t>(h.measured.q - 3)] =
                 std::polar(h.asked / p->asked.gamma, h.asked_phase);

@@ -62,6 +62,9 @@ constexpr std::array point_numbers{
                            "slope of the shaker's axis by gravity, positive: +x downhill; NaN: not measured"),
     errors<&PointRow::tilt>("tilt_errors", "rad",
                             "standard error; NaN: the sensor's offset is not calibrated"),
+    number<&PointRow::phi_systematic>("phi_systematic", "rad",
+                                      "standard error of phi by the corner that the accelerometer's settings "
+                                      "tell, the same in all points; NaN: none, or not told"),
     number<&PointRow::true_v_D>("true_v_D", "m/s",
                                 "true drift velocity over the same periods; NaN: not a simulated bench"),
     number<&PointRow::chi2>(

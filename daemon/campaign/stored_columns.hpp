@@ -15,8 +15,8 @@
 namespace shaker::campaign {
 
 /// Columns of the points that tables of before do not have: NaN, or an empty text.
-inline constexpr std::array<std::string_view, 3> later_columns{"points/doubt", "points/tilt",
-                                                               "points/tilt_errors"};
+inline constexpr std::array<std::string_view, 4> later_columns{"points/doubt", "points/tilt",
+                                                               "points/tilt_errors", "points/phi_systematic"};
 
 /// Returns the columns as they are in the rows. across: rows of one point in a matrix; 0: columns.
 class StoredColumns {

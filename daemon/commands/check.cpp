@@ -50,7 +50,7 @@ Tested tested(const manual::Values& values) {
     if (values.has("--restore-mixer"))
         for (const std::string& set : bench::restore_mixers(runner.bench()))
             findings.push_back({run::Verdict::good, "set back", set});
-    if (const std::string& why = runner.bench().not_commissioned; why.starts_with("the mixer of")) {
+    if (const std::string why = bench::mixers_off_record(runner.bench()); !why.empty()) {
         if (!values.has("--commission")) throw InputError{why};
         findings.push_back({run::Verdict::warning, "commissioning", why});
     }

@@ -125,6 +125,15 @@ void PeriodWindows::add(const DriveChange& change) {
     history_.add(change);
 }
 
+// The corner of the settings; another one is known after a measurement only.
+void PeriodWindows::take_off_corner(PeriodEstimate& e) const {
+    if (accelerometer_.corner.hz == 0) return;
+    for (int q = 1; q <= harmonics_; ++q) {
+        const std::complex<double> response = accelerometer_.corner.at(q * history_.frequency());
+        for (Harmonics<Acceleration>* h : {&e.along, &e.across[0], &e.across[1]}) h->at(q) /= response;
+    }
+}
+
 std::vector<PeriodWindows::Window> PeriodWindows::add(const AccelBlock& block,
                                                       const calibration::Timebase& timebase) {
     std::vector<Window> windows;
@@ -139,10 +148,11 @@ std::vector<PeriodWindows::Window> PeriodWindows::add(const AccelBlock& block,
         axis_ = done->axis;
         mean_ = done->mean;
         Window w{.estimate = *done, .motion = {}};
+        take_off_corner(w.estimate);
         w.to_s = at_s;
         w.from_s = at_s - done->periods / history_.frequency();
         w.sequence = history_.sequence();
-        w.motion = {done->along, done->sd, history_.mean(w.from_s, w.to_s),
+        w.motion = {w.estimate.along, done->sd, history_.mean(w.from_s, w.to_s),
                     history_.steady(w.from_s, w.to_s) && history_.in_force_s() <= w.from_s};
         windows.push_back(w);
     }

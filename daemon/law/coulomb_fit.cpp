@@ -226,10 +226,13 @@ LawPoint law_point(const Point& point, const Coulomb& law, const PushedCycle* st
     double variance = 0;
     for (std::size_t i = 0; i < max_harmonics; ++i) {
         variance += std::norm(gradient[i]) * std::pow(point.base_sd[i], 2);
-        out.by_gain +=
-            gradient[i].real() * point.base.a[i].real() + gradient[i].imag() * point.base.a[i].imag();
+        const double q = static_cast<double>(i + 1);
+        const std::complex<double> along = std::conj(gradient[i]) * point.base.a[i];
+        out.by_gain += along.real();
+        out.by_turn -= along.imag() * (q - 1 / q) / 1.5;
     }
-    out.base_error = std::sqrt(variance);
+    out.base_error =
+        std::sqrt(variance + std::pow(out.by_turn * std::hypot(point.turn_sd, point.turn_told), 2));
     return out;
 }
 

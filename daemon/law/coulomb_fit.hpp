@@ -16,6 +16,7 @@ struct LawPoint {
     double base_error = NAN;  // standard error of that from the errors of the measured harmonics, m/s
     double z = NAN;           // (measured - law) / both errors
     double by_mu = 0, by_tilt = 0, by_push = 0, by_gravity = 0;  // derivatives of v_D: m/s, m/s per rad, ...
+    double by_turn = 0;  // m/s per rad of phi, as an accelerometer's corner turns the harmonics
     double by_gain = 0;  // m/s for a relative change of all accelerations
     PushedCycle cycle;
 };

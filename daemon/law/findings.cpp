@@ -172,7 +172,7 @@ std::string notes_text(const Findings& f) {
 
 Budget coulomb_budget(std::span<const Point> points, const CoulombFit& fit, const InputErrors& errors) {
     if (!fit.known()) return {.of = fit.mu.name};
-    double statistics = 0, harmonics = 0, gain = 0, scale = 0, tilt = 0, gravity = 0, push = 0;
+    double statistics = 0, harmonics = 0, gain = 0, scale = 0, tilt = 0, gravity = 0, push = 0, turn = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double w = fit.gain[i];
         const LawPoint& at = fit.points[i];
@@ -183,6 +183,7 @@ Budget coulomb_budget(std::span<const Point> points, const CoulombFit& fit, cons
         tilt += w * at.by_tilt;
         gravity += w * at.by_gravity * fit.law.g;
         push += w * at.by_push;
+        turn += w * at.by_turn * points[i].turn_told;
     }
     const double mu = fit.law.mu;
     const bool fitted = std::isfinite(fit.tilt.value);
@@ -198,6 +199,7 @@ Budget coulomb_budget(std::span<const Point> points, const CoulombFit& fit, cons
          {"tilt", known / mu,
           fitted ? fmt::format("fitted to {:.2g} urad", 1e6 * fit.tilt.error)
                  : fmt::format("level to {:.2g} mrad, estimate", 1e3 * errors.tilt)},
+         {"corner", turn != 0 ? std::abs(turn) / mu : NAN, "the accelerometer's corner, as told"},
          {"gain", std::abs(gain) * errors.gain / mu, relative(errors.gain) + ", estimate"},
          {"scale", std::abs(scale) * errors.scale / mu, relative(errors.scale) + ", estimate"},
          {"clock", 2 * std::abs(scale) * errors.clock / mu, relative(errors.clock) + ", estimate"},

@@ -23,7 +23,7 @@ struct InputErrors {
 };
 
 struct Share {
-    std::string source;  // statistics, gain, scale, tilt, harmonics, clock, local g
+    std::string source;  // statistics, gain, scale, tilt, harmonics, corner, clock, local g
     double share = 0;    // relative standard uncertainty of mu by this source
     std::string input;   // uncertainty behind it, for people
 };

@@ -175,10 +175,7 @@ std::optional<Fit> null_phase(const std::vector<Folded>& group, double gamma) {
 
 }  // namespace
 
-double phi_error(const Point& p) noexcept {
-    const double a1 = std::abs(p.base.at(1)), a2 = std::abs(p.base.at(2));
-    return std::hypot(p.base_sd[1] / a2, 2 * p.base_sd[0] / a1);
-}
+double phi_error(const Point& p) noexcept { return std::hypot(phase_noise(p), p.turn_sd, p.turn_told); }
 
 std::vector<CosineFit> cosine_fits(std::span<const Point> points) {
     std::vector<CosineFit> fits;

@@ -33,6 +33,23 @@ std::pair<double, bool> folded(double phi) {
 
 }  // namespace
 
+bool Point::take(const reduction::MeasuredHarmonic& h) {
+    if (h.q < 1 || h.q > max_harmonics || !std::isfinite(h.amplitude.value)) return false;
+    const auto finite = [](double x) { return std::isfinite(x) ? x : 0; };
+    base.at(h.q) = std::polar(h.amplitude.value, finite(h.phase.value));
+    base_sd[static_cast<std::size_t>(h.q - 1)] = finite(h.amplitude.sigma);
+    if (h.q != 2) return true;
+    const double noise = phase_noise(*this), seen = finite(h.phase.sigma);
+    constexpr double clearly = 1.2;  // errors of amplitudes and phases differ a little
+    turn_sd = seen > clearly * noise ? std::sqrt(seen * seen - noise * noise) : 0;
+    return true;
+}
+
+double phase_noise(const Point& p) noexcept {
+    const double a1 = std::abs(p.base.at(1)), a2 = std::abs(p.base.at(2));
+    return std::hypot(p.base_sd[1] / a2, 2 * p.base_sd[0] / a1);
+}
+
 Point point_of(const reduction::Reduction& result, const Drive& asked) {
     Point p;
     p.asked = asked;
@@ -42,13 +59,8 @@ Point point_of(const reduction::Reduction& result, const Drive& asked) {
     p.phi = result.phi;
     p.v_D = result.v_D;
     p.periods = static_cast<int>(result.periods.size());
-    for (const reduction::MeasuredHarmonic& h : result.harmonics) {
-        if (h.q < 1 || h.q > max_harmonics || !std::isfinite(h.amplitude.value)) continue;
-        const double phase = std::isfinite(h.phase.value) ? h.phase.value : 0;
-        p.base.at(h.q) = std::polar(h.amplitude.value, phase);
-        p.base_sd[static_cast<std::size_t>(h.q - 1)] =
-            std::isfinite(h.amplitude.sigma) ? h.amplitude.sigma : 0;
-    }
+    if (std::isfinite(result.systematic.phi)) p.turn_told = result.systematic.phi;
+    for (const reduction::MeasuredHarmonic& h : result.harmonics) p.take(h);
     return p;
 }
 

@@ -33,10 +33,19 @@ struct Point {
     double place = NAN;                           // of the walker, mean of its passes, m
     Harmonics<Acceleration> base{};               // measured, m/s^2
     std::array<double, max_harmonics> base_sd{};  // of each real and imaginary part, m/s^2
-    double phases_per_period = 0;                 // frames of one view in a period; 0: not known
-    reduction::Cycle cycle{};                     // empty: not measured
+    /// Of phi, rad, beyond the noise of the harmonics: an accelerometer's corner turns harmonic q by
+    /// (q - 1/q) / 1.5 of it. turn_sd: by this measurement alone. turn_told: the same in all points.
+    double turn_sd = 0, turn_told = 0;
+    double phases_per_period = 0;  // frames of one view in a period; 0: not known
+    reduction::Cycle cycle{};      // empty: not measured
     std::vector<reduction::StickInterval> stick{};
+
+    /// Sets base, base_sd, and with harmonic 2, after harmonic 1, turn_sd. False: it is none of these.
+    bool take(const reduction::MeasuredHarmonic& h);
 };
+
+/// Standard error of phi by the noise of harmonics 1 and 2, rad.
+double phase_noise(const Point& p) noexcept;
 
 /// The point of one measurement, as far as the fits to v_D need it: without cycle, stick intervals, number,
 /// partner.

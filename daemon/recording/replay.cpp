@@ -73,6 +73,8 @@ std::map<std::string, Setting> settings_of(ReplayOverrides& s) {
         {"frequency_hz", {&s.header.frequency_hz, drive_limits.frequency}},
         {"accelerometer.first_sample_s", {&a.first_sample_s, {-long_s, long_s}}},
         {"accelerometer.clock_uncertainty_s", {&a.clock_uncertainty_s, {0, 10}}},
+        {"accelerometer.high_pass_hz", {&a.corner.hz, {0, 100}}},
+        {"accelerometer.high_pass_error_hz", {&a.corner.error_hz, {0, 100}}},
     };
     for (std::size_t k = 0; k < 3; ++k) {
         const char axis = "xyz"[k];
@@ -131,6 +133,7 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
     const MeasuredPart part = read_reduced_part(file);
     ReplayOverrides s{file.header(), part.from_s, part.to_s, false};
     const std::map<std::string, Setting> all = settings_of(s);
+    bool corner_told = false;
     for (const std::string& text : set) {
         const std::size_t equals = text.find('=');
         if (equals == std::string::npos) throw InputError{"--set " + text + ": expected key=value"};
@@ -146,6 +149,11 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
         *setting->second.value =
             parse_quantity("--set " + key, text.substr(equals + 1), Dimension::ratio, setting->second.range);
         s.changed = true;
+        corner_told = corner_told || key.starts_with("accelerometer.high_pass");
+    }
+    if (LowerCorner& corner = s.header.accelerometer.corner; corner_told) {
+        if (std::isinf(corner.error_hz)) corner.error_hz = LowerCorner::of_data_sheet * corner.hz;
+        corner.poles = std::max(corner.poles, 1);
     }
     return s;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "calibration/accelerometer/transverse.hpp"
+#include "daemon/reduction/check/corner.hpp"
 #include "daemon/reduction/clock_drift.hpp"
 #include "daemon/reduction/lag_choice.hpp"
 #include "daemon/reduction/selection.hpp"
@@ -309,6 +310,27 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     fit_acceleration(m.accelerometer, own.first, out);
     if (lag.compared && !m.accelerometer.dac_clock) follow_drift(m, lag.clock, out, notes);
     return out;
+}
+
+Corner take_off(const LowerCorner& told, double exposure_s, Alignment& drive) {
+    const calibration::HarmonicFit before = drive.acceleration;
+    const auto [corner, later_s, variance_s2] =
+        take_off(told, exposure_s, drive.base, drive.acceleration, drive.across);
+    if (told.none() || corner.unknown) return corner;
+    std::vector<double> old(drive.t_s.size()), now(drive.t_s.size());
+    before.periodic(drive.t_s, old);
+    drive.acceleration.periodic(drive.t_s, now);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        drive.along_mps2[i] += now[i] - old[i];
+        drive.t_s[i] += later_s;
+    }
+    for (calibration::HarmonicFit* fit : {&drive.acceleration, &drive.across[0], &drive.across[1]})
+        fit->origin_s += later_s;
+    for (calibration::Estimate* late : {&drive.late_s, &drive.delay_s}) {
+        late->value -= later_s;
+        late->sigma = std::sqrt(late->sigma * late->sigma + std::max(0.0, variance_s2));
+    }
+    return corner;
 }
 
 }  // namespace shaker::reduction

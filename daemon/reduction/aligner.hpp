@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calibration/harmonics/harmonic_fit.hpp"
+#include "daemon/reduction/check/bench_check.hpp"
 #include "daemon/reduction/measurement.hpp"
 
 namespace shaker::reduction {
@@ -36,5 +37,8 @@ struct Alignment {
 /// Adds a note for each ambiguous choice, for drift, and where clock or axis disagree with the settings.
 /// Throws InputError when fewer than two periods are in common after alignment.
 Alignment align(const Measurement& m, std::vector<std::string>& notes);
+
+/// Takes the accelerometer's corner off the measured drive (check/corner.hpp), samples and times included.
+Corner take_off(const LowerCorner& told, double exposure_s, Alignment& drive);
 
 }  // namespace shaker::reduction

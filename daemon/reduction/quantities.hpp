@@ -56,7 +56,8 @@ double by_calibration(const Reduction& r) {
 }
 
 /// In the order of their lines. bench_check: acceleration of the base by the cameras over that by the
-/// accelerometer. delay: time of the accelerometer minus master time in the middle of the measurement.
+/// accelerometer. phi_off and accelerometer_corner: as Corner. delay: time of the accelerometer minus master
+/// time in the middle of the measurement.
 inline constexpr std::array quantities{
     measured<&Reduction::v_D>("v_D", "_mps", "m/s", "mm/s", 1e3, "v_D")
         .with(by_calibration<&Systematic::v_D>),
@@ -71,12 +72,23 @@ inline constexpr std::array quantities{
         .query("FETCh:ACCeleration:GAMMa"),
     measured<&Reduction::rho>("rho", "", "1", "", 1, "rho"),
     measured<&Reduction::phi>("phi", "_rad", "rad", "deg", 180 / std::numbers::pi, "phi")
+        .with(by_calibration<&Systematic::phi>)
         .query("FETCh:ACCeleration:PHASe"),
     measured<&Reduction::v_rms>("V_RMS", "_mps", "m/s", "mm/s", 1e3, "V_RMS")
         .with(by_calibration<&Systematic::v_rms>),
     Quantity{"bench_check", "", "1", "", 1, "camera / accelerometer",
              [](const Reduction& r) { return r.gain_ratio.ratio; }}
         .with([](const Reduction& r) { return r.gain_ratio.systematic; })
+        .check(),
+    Quantity{"phi_off", "_rad", "rad", "mrad", 1e3, "phi, camera - accel.",
+             [](const Reduction& r) { return r.corner.phi_off; }}
+        .query("FETCh:CHECk:PHASe")
+        .if_known()
+        .check(),
+    Quantity{"accelerometer_corner", "_hz", "Hz", "Hz", 1, "accelerometer corner",
+             [](const Reduction& r) { return r.corner.hz; }}
+        .query("FETCh:CHECk:CORNer")
+        .if_known()
         .check(),
     measured<&Reduction::accelerometer_late_s>("accelerometer_late", "_s", "s", "ms", 1e3, "").check(),
     measured<&Reduction::delay_s>("delay", "_s", "s", "ms", 1e3, "accelerometer late").check(),

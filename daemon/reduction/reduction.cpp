@@ -115,8 +115,7 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
     if (!(std::abs(t.v_D.value) > alarm * r.v_D.sigma)) return;
     notes.push_back(fmt::format(
         "bench check: gravity shows a tilt of {:+.3f} mrad ({:+.3f} deg; positive: +x downhill){}, which "
-        "moves "
-        "v_D by about {:+.2g} mm/s of {:.4g} mm/s (estimate by mu = {:.3f}); {}",
+        "moves v_D by about {:+.2g} mm/s of {:.4g} mm/s (estimate by mu = {:.3f}); {}",
         1e3 * t.angle.value, t.angle.value * 180 / std::numbers::pi,
         known ? fmt::format(" +- {:.2g} mrad", 1e3 * t.angle.sigma)
               : ", if the accelerometer has no offset (it is not calibrated)",
@@ -125,20 +124,12 @@ void note_tilt(const Reduction& r, std::vector<std::string>& notes) {
               : "calibrate the accelerometer (\"shakerd calibrate accelerometer\") or level the base"));
 }
 
-// What the note on the phase of a sensor without gravity begins with.
-constexpr std::string_view corner_note = "phi is not corrected for the accelerometer's lower corner";
-
-void note_unmeasured(const AccelSeries& s, double frequency_hz, std::vector<std::string>& notes) {
+void note_unmeasured(const AccelSeries& s, std::vector<std::string>& notes) {
     if (s.axes < 3)
         notes.push_back(fmt::format(
             "motion across the shaker's axis is not known: the accelerometer measures {} of 3 axes", s.axes));
-    if (s.gravity) return;
-    notes.emplace_back("tilt by gravity is not known: the accelerometer's reading has no gravity");
-    // One pole: the phase of harmonic q leads by corner / (q f), and phi = alpha_2 - 2 alpha_1.
-    notes.push_back(
-        fmt::format("{}: 0.1 Hz of it turn phi by {:.2g} mrad, and mu and the law of friction "
-                    "depend on it",
-                    corner_note, 1e3 * 1.5 * 0.1 / frequency_hz));
+    if (!s.gravity)
+        notes.emplace_back("tilt by gravity is not known: the accelerometer's reading has no gravity");
 }
 
 /// Tells a drive that does not have the frequency of the fit, which somebody stated.
@@ -181,6 +172,9 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
     }
     out.gain_ratio = gain_ratio(drive.acceleration, views, gain_error);
     note_gain(out.gain_ratio, drive.acceleration, views, gain_error, out.notes);
+    note_corner(out.corner, f, out.notes);
+    out.gain_ratio.alarm = out.gain_ratio.alarm || out.corner.alarm;
+    out.degraded = out.degraded || out.corner.large;
     if (std::string unseen = unseen_motion(drive.acceleration, views); !unseen.empty()) {
         out.notes.push_back(std::move(unseen));
         out.degraded = true;
@@ -196,7 +190,7 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
     set_share(out.tilt, drive.acceleration, friction_in_slip(c.phase, c.v_mps, c.v_base_mps, f),
               out.v_D.value);
     note_tilt(out, out.notes);
-    note_unmeasured(m.accelerometer, f, out.notes);
+    note_unmeasured(m.accelerometer, out.notes);
 
     double scale = 0, weight = 0;
     bool known = true;
@@ -208,6 +202,7 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
         known = known && w.scale_error > 0;
     }
     Systematic& s = out.systematic;
+    s.phi = out.corner.phi_told;
     if (known) {
         s.v_D = std::abs(out.v_D.value) * scale / weight;
         s.D = std::abs(out.D.value) * scale / weight;
@@ -229,7 +224,11 @@ Reduction reduce(Measurement measurement) {
     for (const MotionSeries& w : m.walkers) out.frames += static_cast<int>(w.t_s.size());
     note_lost(lost_bases, out);
     BadSamples bad;
-    const Alignment drive = align_without_bad_samples(m, bad, out.notes);
+    Alignment drive = align_without_bad_samples(m, bad, out.notes);
+    double exposure = 0;
+    for (const MotionSeries& b : m.bases)
+        exposure += b.exposure_s * b.exposure_s / static_cast<double>(m.bases.size());
+    out.corner = take_off(m.accelerometer.corner, std::sqrt(exposure), drive);
     out.samples = static_cast<int>(bad.tested);
     out.samples_bad = static_cast<int>(bad.count());
     out.degraded = bad.degrade();
@@ -270,10 +269,10 @@ Reduction reduce(Measurement measurement) {
     const Sticks sticks = find_sticks(folded, smoothed.cycle, base, out.v_D, frames);
     out.stick = sticks.found;
     out.shortest_visible_stick = sticks.shortest_visible;
-    double exposure = 0;
-    for (const MotionSeries& w : m.walkers) exposure = std::max(exposure, w.exposure_s);
+    double longest = 0;
+    for (const MotionSeries& w : m.walkers) longest = std::max(longest, w.exposure_s);
     const KinkedMotion kinked =
-        kinked_motion(folded, sticks.kinks, base, out.v_D.value, smoothed, frames, exposure);
+        kinked_motion(folded, sticks.kinks, base, out.v_D.value, smoothed, frames, longest);
     out.cycle = std::move(smoothed.cycle);
     for (std::size_t i = 0; i < kinked.v.size(); ++i) {
         out.cycle.v_mps[i] = kinked.v[i].value;

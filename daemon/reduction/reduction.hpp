@@ -59,6 +59,7 @@ struct Systematic {
     double v_D = NAN, D = NAN;        // m/s, m: by the scales of the walker's views
     double gamma = NAN, v_rms = NAN;  // m/s^2, m/s: by the accelerometer's gain
     double efficiency = NAN;          // by both
+    double phi = NAN;                 // rad: by the told corner of the accelerometer
 };
 
 struct Reduction {
@@ -71,6 +72,7 @@ struct Reduction {
     calibration::Estimate efficiency;       // |v_D| / V_RMS
     Systematic systematic;
     GainRatio gain_ratio;  // cameras over accelerometer
+    Corner corner;         // of the accelerometer, by cameras and setting
     Tilt tilt;
     std::vector<MeasuredHarmonic> harmonics;
     calibration::Estimate accelerometer_late_s;  // master time = t (1 + 1e-6 ppm) - late

@@ -64,6 +64,7 @@ std::string check_text(const reduction::Reduction& r) {
             s += with_systematic(line("  " + v.view, v.ratio, 1, ""), v.scale_error > 0 ? v.scale_error : NAN,
                                  1);
     s += line("  at 2w over at w", g.second_over_first, 1, "");
+    s += line(reduction::quantity("phi_off"), r) + line(reduction::quantity("accelerometer_corner"), r);
     if (!std::isfinite(r.tilt.angle.value)) return s;
     const bool known = std::isfinite(r.tilt.angle.sigma);
     s += line("tilt", {r.tilt.angle.value, known ? r.tilt.angle.sigma : r.tilt.noise}, 1e3, "mrad");

@@ -1,5 +1,7 @@
 #include "drivers/commissioned/record.hpp"
 
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -49,13 +51,20 @@ std::optional<Record> read_record(const std::filesystem::path& rig) {
     return record;
 }
 
-std::string mixer_trouble(const Named& then, const std::string& now) {
-    std::string why;
-    for (const std::string& change : mixer_changes(then.text, now))
-        why += (why.empty() ? "the " + then.what + " has changed: " : "; ") + change;
-    if (!why.empty())
-        why += "; \"shakerd check --restore-mixer\" sets it back, or commission the bench again with it";
-    return why;
+MixerChange mixers_changed(const std::vector<Named>& then, const std::vector<Named>& now) {
+    MixerChange all;
+    for (const Named& mixer : then) {
+        const auto found = std::ranges::find(now, mixer.what, &Named::what);
+        if (!mixer.what.starts_with(mixer_of) || found == now.end()) continue;
+        const std::vector<std::string> changes = mixer_changes(mixer.text, found->text);
+        if (changes.empty()) continue;
+        all.why += fmt::format("{}the {} has changed: {}", all.controls > 0 ? "; " : "", mixer.what,
+                               fmt::join(changes, "; "));
+        all.controls += static_cast<int>(changes.size());
+    }
+    if (all.controls > 0)
+        all.why += "; \"shakerd check --restore-mixer\" sets it back, or commission the bench again with it";
+    return all;
 }
 
 std::string missing_record(const std::filesystem::path& rig, const std::string& rig_text,
@@ -73,18 +82,13 @@ std::string missing_record(const std::filesystem::path& rig, const std::string& 
         return rig.string() + " has changed since the bench was commissioned" + remedy;
     for (const Named& now : files) {
         const auto then = std::ranges::find(record->files, now.what, &Named::what);
-        if (now.what.starts_with(mixer_of)) {  // a record of an earlier version has none
-            if (const std::string why = then == record->files.end() ? "" : mixer_trouble(*then, now.text);
-                !why.empty())
-                return why;
-            continue;
-        }
+        if (now.what.starts_with(mixer_of)) continue;
         if (then == record->files.end())
             return "the record of the commissioning does not cover its " + now.what +
                    ", as those of earlier versions: commission the bench once more" + remedy;
         if (*then != now) return "its " + now.what + " has changed since the bench was commissioned" + remedy;
     }
-    return {};
+    return mixers_changed(record->files, files).why;  // a record of an earlier version has none
 }
 
 }  // namespace shaker::commissioned

@@ -17,7 +17,7 @@ struct Item {
 struct Named {
     std::string what;  // "calibration of accelerometer", "calibration of camera top", "alsa_config",
                        // "mixer of hw:CARD=M4"
-    std::string text;  // its content; of a mixer Mixer::controls
+    std::string text;  // its content; of a mixer MixerDevice::read
     bool operator==(const Named&) const = default;
 };
 
@@ -41,9 +41,13 @@ std::optional<Record> read_record(const std::filesystem::path& rig);
 
 inline constexpr const char* mixer_of = "mixer of ";  // begins Named::what
 
-/// The controls of a mixer that differ from those of a record or of the opening, with the remedy; empty:
-/// none. now: Mixer::controls.
-std::string mixer_trouble(const Named& then, const std::string& now);
+/// Controls of mixers that are not as they were.
+struct MixerChange {
+    std::string why{};  // with the controls and the remedy; empty: none
+    int controls = 0;
+};
+/// Compares the mixers that both lists have; other files do not count. `then`: of a record or of the opening.
+MixerChange mixers_changed(const std::vector<Named>& then, const std::vector<Named>& now);
 
 /// The reason why a bench with this content of the rig file and of the files that it names counts as not
 /// commissioned, with the remedy; empty: its record is valid.

@@ -61,6 +61,11 @@ void describe(hid_t group, const AccelerometerInfo& a) {
     h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
     if (a.axes != 3) h5::set_attribute(group, "axes", static_cast<double>(a.axes));
     if (!a.gravity) h5::set_attribute(group, "gravity", 0.0);
+    if (!a.corner.none()) {
+        h5::set_attribute(group, "high_pass_hz", a.corner.hz);
+        h5::set_attribute(group, "high_pass_error_hz", a.corner.error_hz);
+        h5::set_attribute(group, "high_pass_order", static_cast<double>(a.corner.poles));
+    }
     if (a.dac_clock) h5::set_attribute(group, "dac_clock", 1.0);
     for (std::size_t k = 0; k < 3; ++k) {
         h5::set_attribute(group, fmt::format("offset_counts_{}", "xyz"[k]), a.offset_counts[k]);
@@ -171,6 +176,10 @@ AccelerometerInfo read_accelerometer(hid_t entry, const std::string& path) {
     if (h5::has_attribute(entry, path, "axes")) a.axes = whole_attribute(entry, path, "axes", 1, 3);
     if (h5::has_attribute(entry, path, "gravity"))
         a.gravity = whole_attribute(entry, path, "gravity", 0, 1) != 0;
+    if (h5::has_attribute(entry, path, "high_pass_hz"))
+        a.corner = {.hz = h5::read_attribute(entry, path, "high_pass_hz"),
+                    .error_hz = h5::read_attribute(entry, path, "high_pass_error_hz"),
+                    .poles = whole_attribute(entry, path, "high_pass_order", 0, 2)};
     if (h5::has_attribute(entry, path, "dac_clock"))
         a.dac_clock = whole_attribute(entry, path, "dac_clock", 0, 1) != 0;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -50,6 +50,7 @@ struct AccelerometerTruth {
     int gravity = 1;                     // 0: not in the reading
     double high_pass_hz = 0;             // corner of each pole of an AC-coupled sensor along x; 0: none
     int high_pass_order = 1;             // poles: of the sensor, and of its conditioner
+    double told_high_pass_hz = -1;       // what its data sheet says, to a tenth; -1: nothing
     double noise_mps2_rthz = 245e-6;     // 25 ug/rtHz
     double range_mps2 = 78.5;            // +-8 g
     int bits = 20;

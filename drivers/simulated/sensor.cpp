@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -104,12 +105,19 @@ AccelerometerInfo AccelerometerModel::info() const {
                            .rate_hz = p_.rate_hz,
                            .axes = p_.axes,
                            .gravity = p_.gravity == 1,
+                           .corner = {},
                            .range_mps2 = p_.range_mps2,
                            .block_s = p_.block_samples / p_.rate_hz};
     for (std::size_t k = 0; k < 3; ++k)
         info.mps2_per_count[k] = k < static_cast<std::size_t>(p_.axes) ? lsb_ : 0;
     if (p_.axis_told == 1) info.shaker_axis = axis_;
     if (p_.axes == 1) info.shaker_axis = {1, 0, 0};
+    if (info.gravity) return info;
+    const double told = p_.told_high_pass_hz;
+    info.corner = {
+        .hz = std::max(told, 0.0),
+        .error_hz = told < 0 ? std::numeric_limits<double>::infinity() : LowerCorner::of_data_sheet * told,
+        .poles = told < 0 ? 0 : p_.high_pass_order};
     return info;
 }
 

@@ -120,6 +120,7 @@ public:
         : s_{s},
           camera_{s.views[index]},
           layout_{layout_of(camera_.truth, s.scene.walker)},
+          noise_seed_{s.scene.seed + 1000 * index},
           boards_{camera_.truth} {
         if (!camera_.truth.view.positions)
             pool_.emplace(pool_frames, camera_.truth.width, camera_.truth.height, 1);
@@ -189,7 +190,7 @@ private:
     void see(Frame& frame, const Exposure& e) const {
         frame.width = camera_.truth.width;
         frame.height = camera_.truth.height;
-        frame.sightings = sightings(camera_.truth, layout_, e.poses, e.tick, e.walker, s_.scene.seed);
+        frame.sightings = sightings(camera_.truth, layout_, e.poses, e.tick, e.walker, noise_seed_);
     }
 
     void show_board(Frame& frame, const Exposure& e) const {
@@ -198,13 +199,14 @@ private:
             .psf_px = truth.psf_px, .noise_dn = truth.noise_dn, .gradient = truth.light_gradient};
         const auto picture =
             optics::board_picture(optics::Board{}, true_view(truth), boards_.at(e.start_s), truth.width,
-                                  truth.height, light, s_.scene.seed + static_cast<std::uint64_t>(e.tick.n));
+                                  truth.height, light, noise_seed_ + static_cast<std::uint64_t>(e.tick.n));
         std::memcpy(frame.pixels.data(), picture.data(), picture.size());
     }
 
     World::State& s_;
     World::State::SimulatedView& camera_;
     PictureLayout layout_;
+    std::uint64_t noise_seed_;  // each camera has its own
     ShownBoards boards_;
     std::optional<FramePool> pool_;  // of a camera that gives pixels
     bool lost_ = false;

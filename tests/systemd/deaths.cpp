@@ -234,8 +234,8 @@ int run(int argc, char** argv) {
         "scene");
     settings.scene = simulated::read_scene(scene);
     mock::MockBench bench{settings};
-    fs::permissions(folder / "converter",
-                    fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
+    for (const fs::directory_entry& file : fs::directory_iterator{folder})  // the service is another user's
+        fs::permissions(file, fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
     Service service{bench.dac()};
     const char* const seed = std::getenv("SHAKER_SEED");
     std::mt19937_64 random{nightly() && seed != nullptr ? std::strtoull(seed, nullptr, 10) : 1};

@@ -10,6 +10,7 @@ namespace {
 
 using calibration::Estimate;
 using calibration::Transverse;
+using reduction::Corner;
 using reduction::Cycle;
 using reduction::GainRatio;
 using reduction::MeasuredHarmonic;
@@ -116,6 +117,21 @@ constexpr std::array ratio_numbers{
 constexpr Table<RatioAt> ratio_columns{"bench_check/views", "the comparison for each camera and harmonic",
                                        ratio_numbers};
 
+constexpr std::array corner_numbers{
+    value<&Reduction::corner, &Corner::phi_off>("phi_off", "rad",
+                                                "phi by the cameras minus phi by the accelerometer with the "
+                                                "corner of its settings; NaN: no check is left"),
+    errors<&Reduction::corner, &Corner::phi_off>("phi_off_errors", "rad"),
+    value<&Reduction::corner, &Corner::hz>(
+        "corner", "Hz",
+        "lower corner of the accelerometer that the results are corrected for; NaN: none, or not known"),
+    errors<&Reduction::corner, &Corner::hz>("corner_errors", "Hz"),
+    number<&Reduction::systematic, &Systematic::phi>(
+        "phi_systematic", "rad",
+        "standard error of phi by the corner of the settings; NaN: none, or not told")};
+constexpr Table<Reduction> corner_columns{"bench_check/phases",
+                                          "phases of the base by accelerometer and cameras", corner_numbers};
+
 constexpr std::array harmonic_numbers{
     number<&MeasuredHarmonic::q>("q", "1", "harmonic of the drive frequency"),
     value<&MeasuredHarmonic::amplitude>("amplitude", "m/s^2", "acceleration of the base along the axis"),
@@ -214,12 +230,13 @@ std::vector<RecordedTable> tables_of(const Reduction& r) {
     return {table_of(harmonic_columns, r.harmonics),   table_of(transverse_columns, across),
             table_of(period_columns, r.periods),       table_of(cycle_columns, points_of(r.cycle)),
             table_of(stick_columns, r.stick),          table_of(systematic_columns, std::span{&r, 1}),
-            table_of(check_columns, std::span{&r, 1}), table_of(ratio_columns, r.gain_ratio.at)};
+            table_of(check_columns, std::span{&r, 1}), table_of(ratio_columns, r.gain_ratio.at),
+            table_of(corner_columns, std::span{&r, 1})};
 }
 
 bool is_later(const RecordedTable& table) {
     return table.path.ends_with(systematic_columns.path) || table.path.ends_with(check_columns.path) ||
-           table.path.ends_with(ratio_columns.path);
+           table.path.ends_with(ratio_columns.path) || table.path.ends_with(corner_columns.path);
 }
 
 std::map<int, Reduction> read_reductions(const recorded::RecordingReader& file, const std::string& below,
@@ -259,13 +276,19 @@ std::map<int, Reduction> read_reductions(const recorded::RecordingReader& file, 
         to.tilt = r.tilt;
     });
     read(ratio_columns, [&](int of, const RatioAt& r) { out[of].gain_ratio.at.push_back(r); });
+    if (file.has(below + "/" + corner_columns.path))  // not in versions up to 6 and the first files of 7
+        read(corner_columns, [&](int of, const Reduction& r) {
+            out[of].corner = r.corner;
+            out[of].systematic.phi = r.systematic.phi;
+        });
     return out;
 }
 
 std::vector<recorded::GroupLayout> reduction_places() {
     return {places_of(result_columns),     layout_of(harmonic_columns), layout_of(transverse_columns),
             layout_of(period_columns),     layout_of(cycle_columns),    layout_of(stick_columns),
-            layout_of(systematic_columns), layout_of(check_columns),    layout_of(ratio_columns)};
+            layout_of(systematic_columns), layout_of(check_columns),    layout_of(ratio_columns),
+            layout_of(corner_columns)};
 }
 
 void write(recorded::RecordingWriter& file, const Reduction& reduction, const MeasuredPart& part) {

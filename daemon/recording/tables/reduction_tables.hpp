@@ -40,9 +40,9 @@ extern const Table<AcrossAt> transverse_columns;
 /// Numbers and tables of a reduction, for writing and for comparison with a replay.
 std::vector<RecordedNumber> numbers_of(const reduction::Reduction& reduction);
 std::vector<RecordedTable> tables_of(const reduction::Reduction& reduction);
-/// True for the tables that files of versions up to 5 do not have (FORMAT.md).
+/// True for the tables that older files do not have (FORMAT.md).
 bool is_later(const RecordedTable& table);
-/// Removes those of them that a file of such a version lacks.
+/// Removes those of them that the file lacks.
 template <class File>
 void keep_known(std::vector<RecordedTable>& tables, const File& file) {
     std::erase_if(tables, [&](const RecordedTable& t) {

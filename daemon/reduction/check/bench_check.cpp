@@ -231,6 +231,28 @@ void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
     check.alarm = notes.size() > before;
 }
 
+void note_corner(const Corner& corner, double frequency_hz, std::vector<std::string>& notes) {
+    if (corner.alarm)
+        notes.push_back(fmt::format(
+            "{}phase phi by the cameras is {:+.2f} +- {:.2f} mrad off that by the accelerometer, which no "
+            "delay "
+            "explains: check the accelerometer's lower corner (high_pass_hz), its low-pass and its "
+            "mounting{}",
+            alarm_note, 1e3 * corner.phi_off.value, 1e3 * corner.phi_off.sigma,
+            std::isnan(corner.hz.value) ? "; phi, mu and the law of friction rest on the accelerometer's"
+                                        : "; the result has that of the cameras"));
+    if (corner.unknown)  // one pole: the phase of harmonic q leads by corner / (q f)
+        notes.push_back(fmt::format(
+            "{}, which no camera shows: 0.1 Hz of it turn phi by {:.2g} mrad, and mu and the law of friction "
+            "depend on it",
+            corner_note, 1e3 * 1.5 * 0.1 / frequency_hz));
+    if (corner.large)
+        notes.push_back(
+            fmt::format("the accelerometer's lower corner, {:.3g} Hz, lowers the drive's first harmonic by "
+                        "more than 10 %: {}",
+                        corner.hz.value, degraded_note));
+}
+
 Tilt tilt_of(const SensorFits& s) {
     Tilt out;
     const std::array means{s.along->constants[0], s.across[0]->constants[0], s.across[1]->constants[0]};

@@ -48,22 +48,39 @@ struct GainRatio {
     calibration::Estimate ratio;              // all views; NaN: the base does not move enough
     calibration::Estimate second_over_first;  // ratio at 2w over that at w; free of both gains
     double systematic = NAN;  // relative standard error of `ratio` by scales and gain; NaN: no error is known
-    bool alarm = false;       // the verdict: they disagree; set by note_gain()
+    bool alarm = false;       // the verdict: they disagree, also in phi; set by note_gain() and note_corner()
+};
+
+/// Phases. A lower corner f_c leads harmonic q by poles atan(f_c / (q f)); a time between the instruments
+/// leads it in proportion to q. phi = alpha_2 - 2 alpha_1 shows the first alone.
+struct Corner {
+    calibration::Estimate hz;  // taken off the result: of each pole as told; not told: of one pole that turns
+                               // phi as much; NaN: none, or not known
+    calibration::Estimate phi_off;  // rad: phi by the cameras minus that by the accelerometer with the told
+                                    // corner; NaN: no check is left
+    double phi_told = NAN;  // rad: standard error of phi by that of the told corner, the same in all runs
+    bool alarm = false;     // phi_off exceeds four standard errors
+    bool unknown = false;   // it was not told, and the cameras do not show it
+    bool large = false;     // it moves the amplitude of the first harmonic by more than a tenth
 };
 
 /// gain_error: relative standard error of the accelerometer's gain along the axis, systematic; 0: not known.
 GainRatio gain_ratio(const calibration::HarmonicFit& acceleration, std::span<const SeenBase> views,
                      double gain_error);
 
-/// Words that notes of an alarm begin with (a tilt is no alarm), and that a note on a degraded result
-/// contains.
-inline constexpr std::string_view alarm_note = "bench check: the ", degraded_note = "the result is degraded";
+/// Words that notes of an alarm begin with (a tilt is no alarm), that a note on a degraded result contains,
+/// and that one on a corner that is not known begins with.
+inline constexpr std::string_view alarm_note = "bench check: the ", degraded_note = "the result is degraded",
+                                  corner_note = "phi is not corrected for the accelerometer's lower corner";
 
 /// The verdict. An alarm has a note for each view whose ratio differs from 1, and one where the ratios at w
 /// and 2w differ, by more than four standard errors. The error of a view's ratio contains the systematic
 /// errors that are known.
 void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes);
+
+/// Sentences on the phases: alarm, doubt.
+void note_corner(const Corner& corner, double frequency_hz, std::vector<std::string>& notes);
 
 /// The accelerometer's fits with the shaker's axis.
 struct SensorFits {

@@ -40,7 +40,10 @@ public:
     }
     [[nodiscard]] snd_ctl_t* ctl() const noexcept { return static_cast<snd_ctl_t*>(handle_.get()); }
     void check(int error, const std::string& what) const {
-        if (error < 0) throw DeviceError{"mixer " + name_ + ": " + what + ": " + snd_strerror(error)};
+        if (error < 0) fail(what + ": " + snd_strerror(error));
+    }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw DeviceError{"mixer " + name_ + ": " + what};
     }
 
 private:
@@ -126,18 +129,11 @@ void set(const Controls& card, Id* id, Info* info, const std::string& values) {
     card.check(snd_ctl_elem_write(card.ctl(), value.get()), name_of(id) + " cannot be set to " + values);
 }
 
-}  // namespace
-
-Mixer read_mixer(const std::string& control, const std::filesystem::path& config) {
-    Controls card{control, config};
-    return {control, listed(card)};
-}
-
-std::vector<std::string> restore_mixer(const Mixer& wanted, const std::filesystem::path& config) {
+// Sets what can be compared and has other values now. Returns the names.
+std::vector<std::string> restore(Controls& card, const std::string& wanted) {
     std::vector<std::string> changed;
-    Controls card{wanted.card, config};
     for (int pass = 0; pass < 2; ++pass) {  // some controls change others
-        std::map<std::string, std::string> left = settable_controls(wanted.controls);
+        std::map<std::string, std::string> left = settable_controls(wanted);
         card.each([&](Id* id, Info* info) {
             const auto found = left.find(name_of(id));
             if (found == left.end()) return;
@@ -147,11 +143,12 @@ std::vector<std::string> restore_mixer(const Mixer& wanted, const std::filesyste
             }
             left.erase(found);
         });
-        if (!left.empty())
-            throw DeviceError{"mixer " + wanted.card + ": has no control " + left.begin()->first};
+        if (!left.empty()) card.fail("has no control " + left.begin()->first);
     }
     return changed;
 }
+
+}  // namespace
 
 std::string control_of(const std::string& pcm) {
     if (!pcm.starts_with("hw:")) return {};
@@ -173,13 +170,17 @@ std::optional<MixerDevice> mixer_at(SettingsTable& table) {
                            [control, config, card] {
                                if (!*card) *card = std::make_unique<Controls>(control, config);
                                try {
-                                   return Mixer{control, listed(**card)};
+                                   return listed(**card);
                                } catch (const DeviceError&) {
                                    card->reset();
                                    throw;
                                }
                            },
-                       .restore = [config](const Mixer& wanted) { return restore_mixer(wanted, config); }};
+                       .restore =
+                           [control, config](const std::string& wanted) {
+                               Controls own{control, config};
+                               return restore(own, wanted);
+                           }};
 }
 
 }  // namespace shaker::alsa

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "daemon/law/findings.hpp"
@@ -107,6 +108,50 @@ TEST(CoulombFitTest, ErrorsOfMuAndTiltCover) {
     EXPECT_NEAR(std::sqrt(squares / campaigns), 1, 0.2);
     EXPECT_NEAR(std::sqrt(tilt_squares / campaigns), 1, 0.2);
     EXPECT_GE(within, campaigns * 91 / 100);
+}
+
+/// As an accelerometer's corner turns them; a told corner turns all points alike.
+void turn(Point& p, double phi) {
+    for (int q = 1; q <= max_harmonics; ++q) p.base.at(q) *= std::polar(1.0, phi * (q - 1.0 / q) / 1.5);
+}
+
+TEST(LawPointTest, ATurnOfTheHarmonicsMovesTheLaw) {
+    for (Point p : exact_points({.mu = 0.113, .push = 0.1})) {
+        const Coulomb law{.mu = 0.113, .push = 0.1};
+        const LawPoint at = law_point(p, law);
+        constexpr double small = 1e-4;
+        Point there = p, back = p;
+        turn(there, small);
+        turn(back, -small);
+        const double by_turn = (law_point(there, law).v_D - law_point(back, law).v_D) / (2 * small);
+        EXPECT_NEAR(at.by_turn, by_turn, 1e-3 * velocity_scale(p)) << p.number;
+        p.turn_sd = 3e-3;
+        p.turn_told = 4e-3;
+        EXPECT_NEAR(law_point(p, law).base_error, std::hypot(at.base_error, 5e-3 * by_turn),
+                    1e-3 * at.base_error + 1e-5 * velocity_scale(p));
+    }
+}
+
+TEST(PointTest, PhasesThatAreWorseThanTheNoiseAreATurn) {
+    Point p;
+    EXPECT_TRUE(p.take({.q = 1, .amplitude = {5, 1e-3}, .phase = {0, 0}}));
+    EXPECT_TRUE(p.take({.q = 2, .amplitude = {5, 1e-3}, .phase = {0.1, 4.5e-4}}));
+    EXPECT_EQ(p.turn_sd, 0) << "the noise of both harmonics";
+    EXPECT_TRUE(p.take({.q = 2, .amplitude = {5, 1e-3}, .phase = {0.1, 2e-3}}));
+    EXPECT_NEAR(p.turn_sd, std::sqrt(4e-6 - 5 * 4e-8), 1e-9);
+    EXPECT_FALSE(p.take({.q = max_harmonics + 1, .amplitude = {1, 1}, .phase = {0, 0}}));
+}
+
+TEST(BudgetTest, ATurnOfAllPointsIsASourceOfItsOwn) {
+    std::vector<Point> points = exact_points({.mu = 0.113, .push = 0.1});
+    const double mu = fit_coulomb(points).mu.value;
+    for (Point& p : points) p.turn_told = 1e-3;
+    const CoulombFit fit = fit_coulomb(points);
+    const Budget budget = coulomb_budget(points, fit, {});
+    const auto share = std::ranges::find(budget.shares, "corner", &Share::source);
+    ASSERT_NE(share, budget.shares.end());
+    for (Point& p : points) turn(p, 1e-3);
+    EXPECT_NEAR(share->share, std::abs(fit_coulomb(points).mu.value / mu - 1), 0.05 * share->share);
 }
 
 TEST(BudgetTest, SharesAreSortedAndPredictTheShift) {

@@ -71,8 +71,8 @@ TEST(RunTest, PaperDriveGivesTrueDriftAndReplays) {
 }
 
 // One axis, no gravity. A pole at f_c leads by f_c / (q f) at harmonic q: phi = alpha_2 - 2 alpha_1 is read
-// too small by 3/2 f_c / f, the drive is turned by as much, and v_D is that of another phi. The next step is
-// to correct it by the cameras.
+// too small by 3/2 f_c / f. Without a told corner the control loop turns the drive by as much, v_D is that of
+// another phi, and the cameras tell which; with one the base moves as asked.
 TEST(RunTest, AnAcCoupledSensorWithOneAxisMeasures) {
     const auto predicted = [](double phi) {
         const Outcome o =
@@ -80,21 +80,29 @@ TEST(RunTest, AnAcCoupledSensorWithOneAxisMeasures) {
         return json::parse(o.out).at("v_D_mps").get<double>();
     };
     double without = 0;
-    for (const double corner_hz : {0.0, 0.05, 0.33}) {
+    for (const auto& [corner_hz, told_hz] :
+         {std::pair{0.0, -1.0}, {0.05, -1.0}, {0.33, -1.0}, {0.33, 0.33}}) {
         const auto folder = fresh_folder();
         std::ofstream{folder / "analog.toml"}
             << positions
-            << "[accelerometer]\naxes = 1\ngravity = 0\nyaw_deg = 0\nhigh_pass_hz = " << corner_hz << "\n";
+            << "[accelerometer]\naxes = 1\ngravity = 0\nyaw_deg = 0\nhigh_pass_hz = " << corner_hz
+            << "\ntold_high_pass_hz = " << told_hz << "\n";
         const json r = run("--scene analog.toml --gamma 1g --phi 0.6rad --periods 40 -o run.nxs", folder);
         expect_true_drift(r);
         EXPECT_TRUE(r.at("bench_check").at("tilt_rad").is_null());
+        EXPECT_FALSE(r.at("bench_check").at("alarm"));
         EXPECT_EQ(shakerd("replay run.nxs", folder).status, 0);
-        const double v = r["v_D_true_mps"];
+        const double v = r["v_D_true_mps"], phi = r["phi_rad"], hz = r["accelerometer_corner_hz"];
         if (corner_hz == 0) without = v;
-        const double turned = 1.5 * corner_hz / 20, by_phi = predicted(0.6 + turned) - predicted(0.6);
-        std::printf("corner %.2f Hz: phi is off by %.2f mrad, v_D by %+.1f um/s (%+.1f by that phi)\n",
-                    corner_hz, 1e3 * turned, 1e6 * (v - without), 1e6 * by_phi);
+        const double turned = told_hz > 0 ? 0 : 1.5 * corner_hz / 20,
+                     by_phi = predicted(0.6 + turned) - predicted(0.6);
+        std::printf(
+            "corner %.2f Hz, told %+.2f: found %.3f; phi is off by %.2f mrad, %.2f measured, v_D by %+.1f "
+            "um/s (%+.1f by that phi)\n",
+            corner_hz, told_hz, hz, 1e3 * turned, 1e3 * (phi - 0.6), 1e6 * (v - without), 1e6 * by_phi);
         EXPECT_NEAR(v - without, by_phi, 0.15 * std::abs(by_phi) + 2e-6);
+        EXPECT_NEAR(phi, 0.6 + turned, 3 * r["phi_se_rad"].get<double>());
+        EXPECT_NEAR(hz, corner_hz, 3 * r["accelerometer_corner_se_hz"].get<double>());
     }
 }
 

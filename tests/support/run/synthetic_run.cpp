@@ -138,8 +138,14 @@ Harmonics<Acceleration> base_harmonics(const SyntheticRun& r) {
     return h;
 }
 
-double base_acceleration(const SyntheticRun& r, double t) {
-    return value_at(base_harmonics(r), two_pi * std::remainder(r.drive.frequency * t, 1.0));
+double sensed_acceleration(const SyntheticRun& r, double t) {
+    Harmonics<Acceleration> h = base_harmonics(r);
+    for (int q = 1; q <= 3; ++q) {
+        const double f = q * r.drive.frequency;
+        const std::complex<double> s{0, r.lowpass_hz > 0 ? f / r.lowpass_hz : 0};
+        h.at(q) *= r.corner.at(f) / (1.0 + std::numbers::sqrt2 * s + s * s);
+    }
+    return value_at(h, two_pi * std::remainder(r.drive.frequency * t, 1.0));
 }
 
 double base_position(const SyntheticRun& r, double t) {
@@ -184,7 +190,7 @@ reduction::Measurement make_measurement(const SyntheticRun& run) {
     const double last = run.start_s + run.periods / run.drive.frequency + run.late_s;
     for (int i = 0; i / run.accel_rate_hz <= last; ++i) {
         const double t = i / run.accel_rate_hz;
-        const double a = base_acceleration(run, t * (1 + 1e-6 * run.ppm) - run.late_s);
+        const double a = sensed_acceleration(run, t * (1 + 1e-6 * run.ppm) - run.late_s);
         m.accelerometer.t_s.push_back(t);
         m.accelerometer.a_mps2.push_back({a * run.axis[0] + noise.next(), a * run.axis[1] + noise.next(),
                                           a * run.axis[2] + noise.next() + 9.8});

@@ -7,6 +7,7 @@
 
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/response/lower_corner.hpp"
 #include "drivers/walker/friction.hpp"
 
 namespace shaker {
@@ -30,6 +31,8 @@ struct SyntheticRun {
     double contraction = 0.7;  // ... shrinking by this each period
     double accel_rate_hz = 4000;
     double accel_noise_mps2 = 1.1e-3;
+    LowerCorner corner{};   // of the accelerometer, which tells nothing of it
+    double lowpass_hz = 0;  // of the accelerometer, two Butterworth poles; 0: none
     double late_s = 0.0123;
     double ppm = 20;
     double track_scale = 1;                                  // the cameras' scale error
