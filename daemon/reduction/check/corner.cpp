@@ -13,7 +13,7 @@ namespace shaker::reduction {
 
 namespace {
 
-constexpr double alarm = 4;            // standard errors
+constexpr double agreeing = 4;         // standard errors
 constexpr double most_lowered = 0.1;   // of an amplitude
 constexpr double bias_of_phi = 3e-4;   // rad: trackers, a low-pass of 500 Hz
 constexpr double bias_of_rise = 2e-4;  // of the ratio of two amplitudes: trackers, exposure
@@ -216,7 +216,7 @@ TakenOff take_off(const LowerCorner& told, double exposure_s, const HarmonicFit&
         leads.by_sensor * covariance_of(sensor) * leads.by_sensor.transpose() + leads.cameras;
     if (leads.both() && std::isfinite(told.error_hz)) {
         out.phi_off = phi_off(leads, covariance, f, told);
-        out.alarm = std::abs(out.phi_off.value) > alarm * out.phi_off.sigma;
+        out.alarm = std::abs(out.phi_off.value) > agreeing * out.phi_off.sigma;
     }
     if (told.none()) return {out};
     out.unknown = !leads.both() && !std::isfinite(told.error_hz);
