@@ -40,7 +40,8 @@ struct Point {
     reduction::Cycle cycle{};      // empty: not measured
     std::vector<reduction::StickInterval> stick{};
 
-    /// Sets base, base_sd, and with harmonic 2, after harmonic 1, turn_sd. False: it is none of these.
+    /// Sets base and base_sd of this harmonic. Harmonic 2 also sets turn_sd; call it after harmonic 1. False
+    /// when nothing was set: no amplitude, or q outside 1 to max_harmonics.
     bool take(const reduction::MeasuredHarmonic& h);
 };
 

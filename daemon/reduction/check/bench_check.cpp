@@ -234,13 +234,12 @@ void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
 void note_corner(const Corner& corner, double frequency_hz, std::vector<std::string>& notes) {
     if (corner.alarm)
         notes.push_back(fmt::format(
-            "{}phase phi by the cameras is {:+.2f} +- {:.2f} mrad off that by the accelerometer, which no "
+            "{}phase phi by the cameras is {:+.2f} +- {:.2f} mrad off that by the accelerometer, and no "
             "delay "
-            "explains: check the accelerometer's lower corner (high_pass_hz), its low-pass and its "
-            "mounting{}",
+            "explains it: check the accelerometer's lower corner, its low-pass and its mounting; {}",
             alarm_note, 1e3 * corner.phi_off.value, 1e3 * corner.phi_off.sigma,
-            std::isnan(corner.hz.value) ? "; phi, mu and the law of friction rest on the accelerometer's"
-                                        : "; the result has that of the cameras"));
+            std::isnan(corner.hz.value) ? "phi, mu and the law of friction are by the accelerometer"
+                                        : "phi, mu and the law of friction are by the cameras"));
     if (corner.unknown)  // one pole: the phase of harmonic q leads by corner / (q f)
         notes.push_back(fmt::format(
             "{}, which no camera shows: 0.1 Hz of it turn phi by {:.2g} mrad, and mu and the law of friction "

@@ -48,7 +48,7 @@ struct GainRatio {
     calibration::Estimate ratio;              // all views; NaN: the base does not move enough
     calibration::Estimate second_over_first;  // ratio at 2w over that at w; free of both gains
     double systematic = NAN;  // relative standard error of `ratio` by scales and gain; NaN: no error is known
-    bool alarm = false;       // the verdict: they disagree, also in phi; set by note_gain() and note_corner()
+    bool alarm = false;       // the verdict: they disagree, in a ratio or in phi
 };
 
 /// Phases. A lower corner f_c leads harmonic q by poles atan(f_c / (q f)); a time between the instruments
@@ -79,7 +79,7 @@ inline constexpr std::string_view alarm_note = "bench check: the ", degraded_not
 void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes);
 
-/// Sentences on the phases: alarm, doubt.
+/// Adds the notes: phi differs, the corner is not known, the corner is large.
 void note_corner(const Corner& corner, double frequency_hz, std::vector<std::string>& notes);
 
 /// The accelerometer's fits with the shaker's axis.

@@ -109,17 +109,17 @@ Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorne
 /// Derivative by the corner, rad/Hz, of phi as such a sensor has it.
 double phi_by(const LowerCorner& corner, double f) {
     const double x = corner.hz / f;
-    return std::max(corner.poles, 1) * (0.5 / (1 + x * x / 4) - 2 / (1 + x * x)) / f;
+    return corner.poles * (0.5 / (1 + x * x / 4) - 2 / (1 + x * x)) / f;
 }
 
-/// phi by the cameras minus that by the accelerometer without the told corner.
+/// phi by the cameras minus that by the accelerometer, corrected for the corner of its settings.
 calibration::Estimate phi_off(const Leads& leads, const Matrix& covariance, double f,
                               const LowerCorner& told) {
     const double x = told.hz / f;
     Eigen::RowVectorXd turn = Eigen::RowVectorXd::Zero(covariance.rows());
     turn(0) = -2;
     turn(1) = 1;
-    const double told_turn = std::max(told.poles, 1) * (std::atan(x / 2) - 2 * std::atan(x));
+    const double told_turn = told.poles * (std::atan(x / 2) - 2 * std::atan(x));
     return {std::remainder(told_turn - turn * leads.rad, two_pi),
             std::hypot(std::sqrt(turn * covariance * turn.transpose()), phi_by(told, f) * told.error_hz,
                        bias_of_phi)};
@@ -210,19 +210,19 @@ void divide(HarmonicFit& sensor, const Response& response, const Eigen::RowVecto
 TakenOff take_off(const LowerCorner& told, double exposure_s, const HarmonicFit& base, HarmonicFit& sensor,
                   std::array<HarmonicFit, 2>& across) {
     Corner out;
+    LowerCorner by = told;
+    by.poles = std::max(told.poles, 1);
     const double f = sensor.frequency_hz, w = two_pi * f;
     const Leads leads = leads_of(sensor, base, exposure_s);
     const Matrix covariance =
         leads.by_sensor * covariance_of(sensor) * leads.by_sensor.transpose() + leads.cameras;
     if (leads.both() && std::isfinite(told.error_hz)) {
-        out.phi_off = phi_off(leads, covariance, f, told);
+        out.phi_off = phi_off(leads, covariance, f, by);
         out.alarm = std::abs(out.phi_off.value) > agreeing * out.phi_off.sigma;
     }
     if (told.none()) return {out};
     out.unknown = !leads.both() && !std::isfinite(told.error_hz);
     if (out.unknown) return {out};
-    LowerCorner by = told;
-    by.poles = std::max(told.poles, 1);
     by.error_hz = std::hypot(by.error_hz, bias_of_phi / phi_by(by, f));
     if (out.alarm) by = {.error_hz = std::numeric_limits<double>::infinity(), .poles = by.poles};
     const Found found = weighed(leads, covariance, f, by, told.poles == 0 && leads.both());
