@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "drivers/data.hpp"
-#include "drivers/response/lower_corner.hpp"
 #include "drivers/mixer/mixer.hpp"
+#include "drivers/response/sensor_response.hpp"
 #include "drivers/view.hpp"
 
 namespace shaker {
@@ -71,8 +71,8 @@ struct AccelerometerInfo {
     /// The constant part of the reading is gravity and offset. False: no gravity, as of an IEPE sensor, whose
     /// output has no constant part.
     bool gravity = true;
-    LowerCorner corner{};    // of all axes; none with gravity
-    bool dac_clock = false;  // its samples have the clock of the DAC: the rate is exact on master time
+    SensorResponse response{};  // of all axes; no lower corner with gravity
+    bool dac_clock = false;     // its samples have the clock of the DAC: the rate is exact on master time
     std::array<double, 3> offset_counts{};          // see acceleration()
     std::array<double, 3> mps2_per_count{1, 1, 1};  // negative where counts fall as acceleration rises
     /// [i][k]: m/s^2 on axis i per count on axis k, i != k; 0 without a calibration.

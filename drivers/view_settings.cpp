@@ -131,19 +131,29 @@ std::array<double, 3> read_shaker_axis(SettingsTable& table, std::size_t axes) {
     return axis;
 }
 
-LowerCorner read_lower_corner(SettingsTable& table, bool gravity) {
-    constexpr Range allowed{0, 100};
+SensorResponse read_response(SettingsTable& table, bool gravity) {
+    constexpr Range damping{0.3, 2};
     if (table.has("high_pass_hz") && gravity)
         table.fail("high_pass_hz",
                    "a sensor whose reading has gravity is coupled down to DC (gravity = true)");
-    LowerCorner corner;
-    if (gravity) return corner;
-    corner.poles = table.integer("high_pass_order", 1, 2, table.has("high_pass_hz") ? 1 : 0);
-    corner.error_hz = std::numeric_limits<double>::infinity();
-    if (!table.has("high_pass_hz")) return corner;
-    corner.hz = table.number("high_pass_hz", allowed);
-    corner.error_hz = table.number("high_pass_error_hz", allowed, LowerCorner::of_data_sheet * corner.hz);
-    return corner;
+    SensorResponse out;
+    const auto read = [&](const std::string& pass, auto& part, Range allowed) {
+        part.hz = table.number(pass + "_hz", allowed);
+        part.error_hz =
+            table.number(pass + "_error_hz", {0, allowed.max}, LowerCorner::of_data_sheet * part.hz);
+        part.poles = table.integer(pass + "_order", 1, 2, part.poles);
+        if (part.poles == 2) part.damping = table.number(pass + "_damping", damping, part.damping);
+    };
+    if (table.has("low_pass_hz"))
+        read("low_pass", out.upper, {10, 1e6});
+    else
+        out.upper.above_hz = table.number("low_pass_above_hz", {0, 1e6}, 0);
+    if (table.has("high_pass_hz"))
+        read("high_pass", out.lower, {0, 100});
+    else if (!gravity)
+        out.lower = {.error_hz = std::numeric_limits<double>::infinity(),
+                     .poles = table.integer("high_pass_order", 1, 2, 0)};
+    return out;
 }
 
 View read_view(SettingsTable& table, std::set<std::string>& taken) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/response/lower_corner.hpp"
+#include "drivers/response/sensor_response.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/view.hpp"
 
@@ -28,9 +28,9 @@ std::string view_text(const View& view);
 /// or with "fit", it is all 0: derived from the motion; with one axis it is that axis.
 std::array<double, 3> read_shaker_axis(SettingsTable& table, std::size_t axes);
 
-/// The keys high_pass_hz, high_pass_error_hz (default: a tenth of it) and high_pass_order of an
-/// accelerometer. Without the first the corner of one without gravity in its reading is not known; one with
-/// gravity has none.
-LowerCorner read_lower_corner(SettingsTable& table, bool gravity);
+/// The keys high_pass_hz and low_pass_hz of an accelerometer, each with _error_hz (default: a tenth of it),
+/// _order and _damping, or low_pass_above_hz. Without the first the corner of one without gravity in its
+/// reading is not known; one with gravity has none.
+SensorResponse read_response(SettingsTable& table, bool gravity);
 
 }  // namespace shaker

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "calibration/accelerometer/read_as.hpp"
 #include "calibration/sealed_file.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
@@ -25,9 +26,6 @@ std::array<double, N> numbers(SettingsTable& table, std::string_view key) {
     return all;
 }
 
-// Without the address, which changes with the socket.
-std::string device_of(const std::string& name) { return toml_string(name.substr(0, name.rfind(" at "))); }
-
 // A full scale seen through the new gains: where the first axis of the counts ends.
 double range_of(const AccelerometerInfo& device, const Tumble& fit) {
     double range = device.range_mps2;
@@ -39,26 +37,6 @@ double range_of(const AccelerometerInfo& device, const Tumble& fit) {
     }
     return range;
 }
-
-class CalibratedAccelerometer final : public Accelerometer {
-public:
-    CalibratedAccelerometer(std::unique_ptr<Accelerometer> device, AccelerometerInfo info)
-        : device_{std::move(device)}, info_{std::move(info)} {}
-    [[nodiscard]] AccelerometerInfo info() const override { return info_; }
-    [[nodiscard]] DeviceCounts counts() const noexcept override { return device_->counts(); }
-    bool read(AccelBlock& block, std::chrono::milliseconds wait) override {
-        return device_->read(block, wait);
-    }
-    std::size_t read_early(std::span<std::array<std::int32_t, 3>> counts) noexcept override {
-        return device_->read_early(counts);
-    }
-    [[nodiscard]] bool ended() const noexcept override { return device_->ended(); }
-    void stop() noexcept override { device_->stop(); }
-
-private:
-    std::unique_ptr<Accelerometer> device_;
-    AccelerometerInfo info_;
-};
 
 }  // namespace
 
@@ -110,10 +88,7 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
 
 AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by) {
     const SensorCalibration& c = by.content;
-    if (device_of(c.sensor) != device_of(info.name))
-        throw InputError{
-            fmt::format("{}: was made of \"{}\"; the rig's accelerometer is \"{}\": calibrate it",
-                        by.file.string(), c.sensor, info.name)};
+    require_sensor(by.file.string(), c.sensor, info);
     for (std::size_t k = 0; k < 3; ++k) {
         const double then = c.nominal_mps2_per_count[k], now = info.mps2_per_count[k];
         if (then == 0 || std::abs(now / then - 1) < same_scale) continue;
@@ -140,7 +115,7 @@ std::unique_ptr<Accelerometer> with_calibration(std::unique_ptr<Accelerometer> d
         fmt::format("{}: calibration of {} ({}), errors of the gain along x, y, z {:.2g}, {:.2g}, {:.2g} %",
                     info.name, c.date, by.file.string(), 100 * c.fit.gain_error({1, 0, 0}),
                     100 * c.fit.gain_error({0, 1, 0}), 100 * c.fit.gain_error({0, 0, 1})));
-    return std::make_unique<CalibratedAccelerometer>(std::move(device), std::move(info));
+    return read_as(std::move(device), std::move(info));
 }
 
 }  // namespace shaker::calibration

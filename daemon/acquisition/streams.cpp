@@ -52,7 +52,7 @@ reduction::AccelSeries accelerations_of(const Streams& streams, const ReadPart& 
     s.shaker_axis = streams.accelerometer.shaker_axis;
     s.axes = streams.accelerometer.axes;
     s.gravity = streams.accelerometer.gravity;
-    s.corner = streams.accelerometer.corner;
+    s.response = streams.accelerometer.response;
     s.dac_clock = streams.accelerometer.dac_clock;
     if (const std::string& text = streams.accelerometer.calibration; !text.empty())
         s.calibration = calibration::parse_calibration(text, "the accelerometer's calibration").fit;

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <utility>
 
+#include "calibration/accelerometer/response_file.hpp"
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_file.hpp"
 #include "drivers/commissioned/record.hpp"
@@ -61,11 +62,19 @@ std::string content(const std::filesystem::path& file) {
     return text;
 }
 
-// The file that [accelerometer] names.
-std::optional<calibration::CalibrationFile> named_calibration(SettingsTable& root) {
+// The files that [accelerometer] names; empty: none.
+struct SensorFiles {
+    std::optional<calibration::CalibrationFile> gains{};
+    std::filesystem::path response{};
+};
+
+SensorFiles named_sensor_files(SettingsTable& root) {
     SettingsTable table = root.table("accelerometer");
-    if (!table.has("calibration")) return std::nullopt;
-    return calibration::read_calibration(table.folder() / table.text("calibration"));
+    SensorFiles files;
+    if (table.has("calibration"))
+        files.gains = calibration::read_calibration(table.folder() / table.text("calibration"));
+    if (table.has("response")) files.response = table.folder() / table.text("response");
+    return files;
 }
 
 // The files that the tables [[camera]] name, in the order of the cameras; empty: none.
@@ -85,9 +94,11 @@ void calibrate(Bench& open, const std::vector<std::filesystem::path>& cameras) {
                 calibration::with_calibration(std::move(open.rig.cameras.at(k)), cameras[k], open.granted);
 }
 
-void calibrate(Bench& open, const calibration::CalibrationFile& by) {
-    open.rig.accelerometer =
-        calibration::with_calibration(std::move(open.rig.accelerometer), by, open.granted);
+void calibrate(Bench& open, const SensorFiles& by) {
+    std::unique_ptr<Accelerometer>& device = open.rig.accelerometer;
+    if (by.gains) device = calibration::with_calibration(std::move(device), *by.gains, open.granted);
+    if (!by.response.empty())
+        device = calibration::with_response(std::move(device), by.response, open.granted);
 }
 
 Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace pace,
@@ -99,7 +110,7 @@ Bench open_simulated(const std::filesystem::path& scene, simulated::World::Pace 
     open.scene = simulated::read_scene(root, standard);
     open.world = std::make_unique<simulated::World>(open.scene, pace);
     open.rig = open.world->rig();
-    if (const auto by = named_calibration(root)) calibrate(open, *by);
+    calibrate(open, named_sensor_files(root));
     std::vector<SettingsTable> cameras;
     for (const simulated::CameraTruth& camera : open.scene.cameras)
         cameras.push_back(root.table(camera.view.camera));
@@ -133,8 +144,9 @@ std::vector<commissioned::Named> named_files(SettingsTable& root, const Rig& rig
     SettingsTable dac = root.table("dac");
     if (const std::string name = dac.text("alsa_config", ""); !name.empty())
         all.push_back({"alsa_config", content(dac.folder() / name)});
-    if (const std::string& text = rig.accelerometer->info().calibration; !text.empty())
-        all.push_back({"calibration of accelerometer", text});
+    const AccelerometerInfo sensor = rig.accelerometer->info();
+    if (!sensor.calibration.empty()) all.push_back({"calibration of accelerometer", sensor.calibration});
+    if (!sensor.response.file.empty()) all.push_back({"response of accelerometer", sensor.response.file});
     for (const auto& camera : rig.cameras)
         if (const View& view = camera->view(); !view.calibration.empty())
             all.push_back({"calibration of camera " + view.camera, view.calibration});
@@ -161,13 +173,13 @@ Bench open_file(const std::filesystem::path& file) {
     SettingsTable limits = root.table("limits");
     if (root.tables("camera").empty())
         root.fail("camera", "expected at least one [[camera]] that sees the base");
-    const auto by = named_calibration(root);
+    const SensorFiles by = named_sensor_files(root);
     const auto cameras = named_cameras(root.tables("camera"));
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);
     open.rig.name = file.string();
     open.granted = std::move(bench.granted);
-    if (by) calibrate(open, *by);
+    calibrate(open, by);
     calibrate(open, cameras);
     open.files = named_files(root, open.rig);
     open.not_commissioned = commissioned::missing_record(file, open.rig_text, open.files);

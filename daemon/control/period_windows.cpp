@@ -125,11 +125,11 @@ void PeriodWindows::add(const DriveChange& change) {
     history_.add(change);
 }
 
-// The corner of the settings; another one is known after a measurement only.
-void PeriodWindows::take_off_corner(PeriodEstimate& e) const {
-    if (accelerometer_.corner.hz == 0) return;
+// The response of the settings; another one is known after a measurement only.
+void PeriodWindows::take_off_response(PeriodEstimate& e) const {
+    if (accelerometer_.response.none()) return;
     for (int q = 1; q <= harmonics_; ++q) {
-        const std::complex<double> response = accelerometer_.corner.at(q * history_.frequency());
+        const std::complex<double> response = accelerometer_.response.at(q * history_.frequency());
         for (Harmonics<Acceleration>* h : {&e.along, &e.across[0], &e.across[1]}) h->at(q) /= response;
     }
 }
@@ -148,7 +148,7 @@ std::vector<PeriodWindows::Window> PeriodWindows::add(const AccelBlock& block,
         axis_ = done->axis;
         mean_ = done->mean;
         Window w{.estimate = *done, .motion = {}};
-        take_off_corner(w.estimate);
+        take_off_response(w.estimate);
         w.to_s = at_s;
         w.from_s = at_s - done->periods / history_.frequency();
         w.sequence = history_.sequence();

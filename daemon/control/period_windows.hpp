@@ -81,7 +81,7 @@ public:
 private:
     [[nodiscard]] EstimatorSettings estimator_settings(double frequency,
                                                        const std::array<double, 3>& before) const;
-    void take_off_corner(PeriodEstimate& e) const;
+    void take_off_response(PeriodEstimate& e) const;
 
     AccelerometerInfo accelerometer_;
     int harmonics_;

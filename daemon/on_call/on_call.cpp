@@ -98,7 +98,7 @@ void OnCall::require_possible(const Drive& drive, const safety::Limits& limits) 
     require_allowed("phi", drive.phi, drive_limits.phi, " deg", degree);
     for (const std::complex<double>& share : drive.overtones)
         require_allowed("share of an overtone", std::abs(share), drive_limits.share, " of gamma");
-    run::require_seen(bench_, drive.frequency);
+    run::require_seen(bench_, drive);
     safety::require_within(run::run_demands(bench_, drive, limits), drive.gamma);
 }
 

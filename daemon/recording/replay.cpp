@@ -73,8 +73,10 @@ std::map<std::string, Setting> settings_of(ReplayOverrides& s) {
         {"frequency_hz", {&s.header.frequency_hz, drive_limits.frequency}},
         {"accelerometer.first_sample_s", {&a.first_sample_s, {-long_s, long_s}}},
         {"accelerometer.clock_uncertainty_s", {&a.clock_uncertainty_s, {0, 10}}},
-        {"accelerometer.high_pass_hz", {&a.corner.hz, {0, 100}}},
-        {"accelerometer.high_pass_error_hz", {&a.corner.error_hz, {0, 100}}},
+        {"accelerometer.high_pass_hz", {&a.response.lower.hz, {0, 100}}},
+        {"accelerometer.high_pass_error_hz", {&a.response.lower.error_hz, {0, 100}}},
+        {"accelerometer.low_pass_hz", {&a.response.upper.hz, {0, 1e6}}},
+        {"accelerometer.low_pass_error_hz", {&a.response.upper.error_hz, {0, 1e6}}},
     };
     for (std::size_t k = 0; k < 3; ++k) {
         const char axis = "xyz"[k];
@@ -151,10 +153,12 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
         s.changed = true;
         corner_told = corner_told || key.starts_with("accelerometer.high_pass");
     }
-    if (LowerCorner& corner = s.header.accelerometer.corner; corner_told) {
+    if (LowerCorner& corner = s.header.accelerometer.response.lower; corner_told) {
         if (std::isinf(corner.error_hz)) corner.error_hz = LowerCorner::of_data_sheet * corner.hz;
         corner.poles = std::max(corner.poles, 1);
     }
+    if (LowPass& pass = s.header.accelerometer.response.upper; pass.error_hz == 0)
+        pass.error_hz = LowerCorner::of_data_sheet * pass.hz;
     return s;
 }
 

@@ -6,32 +6,19 @@
 #include <complex>
 #include <numeric>
 
+#include "calibration/harmonics/harmonic_gradients.hpp"
 #include "calibration/harmonics/phasors.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::reduction {
 namespace {
 
-using Gradient = Eigen::VectorXd;  // by Re a1, Im a1, Re a2, ...
+using calibration::amplitude_gradient;
+using calibration::phase_gradient;
+using Gradient = Eigen::VectorXd;
 
 calibration::Estimate estimate(double value, const Gradient& g, const Eigen::MatrixXd& covariance) {
     return {value, std::sqrt(std::max(0.0, g.dot(covariance * g)))};
-}
-
-Gradient amplitude_gradient(std::complex<double> a, Eigen::Index q, Eigen::Index size) {
-    Gradient g = Gradient::Zero(size);
-    const double r = std::max(std::abs(a), 1e-300);
-    g(2 * (q - 1)) = a.real() / r;
-    g(2 * (q - 1) + 1) = a.imag() / r;
-    return g;
-}
-
-Gradient phase_gradient(std::complex<double> a, Eigen::Index q, Eigen::Index size) {
-    Gradient g = Gradient::Zero(size);
-    const double r2 = std::max(std::norm(a), 1e-300);
-    g(2 * (q - 1)) = -a.imag() / r2;
-    g(2 * (q - 1) + 1) = a.real() / r2;
-    return g;
 }
 
 /// The standard deviation of a phase is at most pi/sqrt 3, that of an unknown phase within +-pi.
@@ -58,9 +45,8 @@ GammaPhi gamma_phi(std::complex<double> a1, std::complex<double> a2, const Eigen
 }  // namespace
 
 BaseMotion drive_measured(const calibration::HarmonicFit& fit) {
-    const auto n = 2 * static_cast<Eigen::Index>(fit.a.size());
-    const Eigen::MatrixXd covariance =
-        Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>(fit.covariance.data(), n, n);
+    const Eigen::Index n = 2 * fit.order();
+    const Eigen::MatrixXd covariance = calibration::covariance_of(fit);
     BaseMotion out;
     const double w = two_pi * fit.frequency_hz;
     double v2 = 0;

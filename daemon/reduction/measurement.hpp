@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calibration/accelerometer/tumble.hpp"
-#include "drivers/response/lower_corner.hpp"
+#include "drivers/response/sensor_response.hpp"
 
 namespace shaker::reduction {
 
@@ -29,7 +29,7 @@ struct AccelSeries {
     std::vector<std::array<double, 3>> a_mps2;
     int axes = 3;                         // as AccelerometerInfo
     bool gravity = true;                  // as AccelerometerInfo
-    LowerCorner corner{};                 // as AccelerometerInfo
+    SensorResponse response{};            // as AccelerometerInfo
     bool dac_clock = false;               // as AccelerometerInfo
     double clock_uncertainty_s = 0.02;    // s, largest error of the clock against master time, either sign
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion

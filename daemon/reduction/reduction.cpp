@@ -12,6 +12,7 @@
 #include "daemon/reduction/aligner.hpp"
 #include "daemon/reduction/bad_samples.hpp"
 #include "daemon/reduction/base_motion.hpp"
+#include "daemon/reduction/check/corner.hpp"
 #include "daemon/reduction/check/unseen_motion.hpp"
 #include "daemon/reduction/cycle.hpp"
 #include "daemon/reduction/drift.hpp"
@@ -214,7 +215,23 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
     if (known && gain_error > 0) s.efficiency = out.efficiency.value * std::hypot(scale / weight, gain_error);
 }
 
+/// Root mean square of the views' exposures.
+double exposure_of(const std::vector<MotionSeries>& bases) {
+    double squares = 0;
+    for (const MotionSeries& b : bases)
+        squares += b.exposure_s * b.exposure_s / static_cast<double>(bases.size());
+    return std::sqrt(squares);
+}
+
 }  // namespace
+
+std::vector<calibration::ResponseLine> response_lines(Measurement measurement) {
+    Measurement m = usable_part(std::move(measurement));
+    std::vector<std::string> notes;
+    BadSamples bad;
+    const Alignment drive = align_without_bad_samples(m, bad, notes);
+    return lines_of(drive.acceleration, drive.base, exposure_of(m.bases));
+}
 
 Reduction reduce(Measurement measurement) {
     Reduction out;
@@ -225,10 +242,7 @@ Reduction reduce(Measurement measurement) {
     note_lost(lost_bases, out);
     BadSamples bad;
     Alignment drive = align_without_bad_samples(m, bad, out.notes);
-    double exposure = 0;
-    for (const MotionSeries& b : m.bases)
-        exposure += b.exposure_s * b.exposure_s / static_cast<double>(m.bases.size());
-    out.corner = take_off(m.accelerometer.corner, std::sqrt(exposure), drive);
+    out.corner = take_off(m.accelerometer.response, exposure_of(m.bases), drive);
     out.samples = static_cast<int>(bad.tested);
     out.samples_bad = static_cast<int>(bad.count());
     out.degraded = bad.degrade();

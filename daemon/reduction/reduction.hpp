@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/accelerometer/response_fit.hpp"
 #include "calibration/accelerometer/transverse.hpp"
 #include "calibration/estimate.hpp"
 #include "daemon/reduction/check/bench_check.hpp"
@@ -103,6 +104,10 @@ std::vector<std::string> doubts_of(const Reduction& r);
 /// Sets `degraded` and the alarm of the bench check as the notes have it, which are all that a recording
 /// keeps.
 void set_doubts(Reduction& r);
+
+/// The base by the accelerometer against the base by the cameras at each harmonic that both show, not
+/// corrected for the response of the settings. InputError as from reduce().
+std::vector<calibration::ResponseLine> response_lines(Measurement measurement);
 
 /// Reduces a run. Throws InputError when the data are insufficient: fewer than two periods in common, no
 /// walker, no base. Deterministic. Move the measurement in to avoid a copy: an hour takes 0.8 GB.

@@ -52,16 +52,31 @@ bool gain_shown(const Rig& rig) {
            });
 }
 
-void require_seen(const bench::Bench& bench, double frequency) {
-    const double rate_hz = bench.rig.accelerometer->info().rate_hz;
+void require_seen(const bench::Bench& bench, const Drive& drive) {
+    const AccelerometerInfo sensor = bench.rig.accelerometer->info();
+    const double rate_hz = sensor.rate_hz;
     const int needed = control::least_samples(control::controlled_harmonics);
-    if (frequency * needed <= rate_hz) return;
-    throw InputError{
-        fmt::format("frequency {:.4g} Hz: the accelerometer has {:.1f} samples a period and {} are needed "
-                    "for {} harmonics; "
-                    "with its {:.4g} samples/s at most {:.4g} Hz is allowed",
-                    frequency, rate_hz / frequency, needed, control::controlled_harmonics, rate_hz,
-                    std::floor(10 * rate_hz / needed) / 10)};
+    if (drive.frequency * needed > rate_hz)
+        throw InputError{fmt::format(
+            "frequency {:.4g} Hz: the accelerometer has {:.1f} samples a period and {} are needed "
+            "for {} harmonics; "
+            "with its {:.4g} samples/s at most {:.4g} Hz is allowed",
+            drive.frequency, rate_hz / drive.frequency, needed, control::controlled_harmonics, rate_hz,
+            std::floor(10 * rate_hz / needed) / 10)};
+    constexpr double most_moved = 0.1;
+    if (!sensor.response.file.empty()) return;
+    const Harmonics<Acceleration> motion = harmonics(drive);
+    for (int q = 1; q <= motion.order(); ++q) {
+        const double f = q * drive.frequency, moved = std::abs(sensor.response.at(f)) - 1;
+        if (motion.at(q) == 0.0 || std::abs(moved) <= most_moved) continue;
+        throw InputError{
+            fmt::format("frequency {:.4g} Hz: high_pass_hz or low_pass_hz of the accelerometer change the "
+                        "amplitude at {:.4g} "
+                        "Hz by {:+.0f} %; at most {:.0f} % is allowed for a response that was not measured "
+                        "here (\"shakerd "
+                        "calibrate response\")",
+                        drive.frequency, f, 100 * moved, 100 * most_moved)};
+    }
 }
 
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,

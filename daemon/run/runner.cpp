@@ -34,7 +34,7 @@ bench::Bench open(const RunnerSettings& settings) {
     bench::Bench bench = bench::open_bench(
         run.rig, run.scene, run.threads ? simulated::World::Pace::paced : simulated::World::Pace::lockstep,
         run.standard);
-    require_seen(bench, run.drive.frequency);
+    require_seen(bench, run.drive);
     if (run.threads && run.real_time && bench.world)
         bench.rig.dac = std::make_unique<acquisition::PacedDac>(std::move(bench.rig.dac));
     if ((run.pictures == recorded::KeptPictures::region ||

@@ -117,9 +117,9 @@ safety::Expectation Supervisor::expectation(const control::PeriodWindows::Window
         const std::complex<double> volts = window.motion.volts.a[q], motion = window.motion.measured.a[q];
         if (std::abs(motion) > strong * largest && std::abs(volts) > 0) e.response[q] = motion / volts;
     }
-    if (accelerometer_.corner.hz > 0)  // the guard compares the samples as the sensor gives them
+    if (!accelerometer_.response.none())  // the guard compares the samples as the sensor gives them
         for (std::size_t q = 0; q < max_harmonics; ++q)
-            e.response[q] *= accelerometer_.corner.at(static_cast<double>(q + 1) * e.frequency);
+            e.response[q] *= accelerometer_.response.at(static_cast<double>(q + 1) * e.frequency);
     e.dac_sample = dac_rate_hz_ * seconds(timebase.at(tick));
     e.dac_per_tick = clocks_.check(timebase, tick, warnings);
     e.sigma = controller.noise() * std::sqrt(0.5 * window.estimate.samples);

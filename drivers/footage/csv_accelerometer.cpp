@@ -69,7 +69,7 @@ public:
                  .rate_hz = 1 / grid.step_s,
                  .axes = static_cast<int>(description.axes.size()),
                  .gravity = description.gravity,
-                 .corner = description.corner,
+                 .response = description.response,
                  .mps2_per_count = {},
                  .first_sample_s = grid.first_s,
                  .clock_uncertainty_s = description.clock_uncertainty_s,

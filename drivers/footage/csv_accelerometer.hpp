@@ -16,7 +16,7 @@ struct CsvAccelerometerFile {
     std::string time;                 // column: time on the sensor's own clock; empty with rate_hz
     std::vector<std::string> axes;    // columns: accelerations along x, x and y, or all axes of the sensor
     bool gravity = true;              // as AccelerometerInfo
-    LowerCorner corner{};             // as AccelerometerInfo
+    SensorResponse response{};        // as AccelerometerInfo
     std::string time_unit{}, unit{};  // words as of unit_in(); empty: of the table, else s and m/s^2
     std::optional<double> rate_hz{};  // instead of a column `time`: of the rows, from first_sample_s on
     double first_sample_s = 0;

@@ -158,7 +158,7 @@ CsvAccelerometerFile read_accelerometer(SettingsTable table) {
     accelerometer.unit = unit_at(table, "unit", false);
     accelerometer.axes = table.texts("axes", 1, 3);
     accelerometer.gravity = table.flag("gravity", accelerometer.axes.size() == 3);
-    accelerometer.corner = read_lower_corner(table, accelerometer.gravity);
+    accelerometer.response = read_response(table, accelerometer.gravity);
     accelerometer.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, 0.02);
     accelerometer.shaker_axis = read_shaker_axis(table, accelerometer.axes.size());
     table.finish();

@@ -79,7 +79,7 @@ HardwareRig open_hardware_rig(SettingsTable& root, const Kinds& kinds) {
     const AccelerometerKind& accelerometer_kind = read_kind(accelerometer_table, kinds.accelerometers, true);
     const OpenAccelerometer open_accelerometer = accelerometer_kind.read(accelerometer_table);
     add_mixer(accelerometer_kind, accelerometer_table, mixers);
-    accelerometer_table.text("calibration", "");  // the caller's
+    for (const char* key : {"calibration", "response"}) accelerometer_table.text(key, "");  // the caller's
     accelerometer_table.finish();
     std::set<std::string> names;
     std::vector<ReadCamera> cameras;

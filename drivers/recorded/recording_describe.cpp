@@ -46,6 +46,20 @@ void read_lens(hid_t entry, const std::string& path, View& view) {
     }
 }
 
+void describe_response(hid_t group, const SensorResponse& response) {
+    const auto part = [&](const std::string& pass, const auto& p, double usual_damping) {
+        if (p.none()) return;
+        h5::set_attribute(group, pass + "_hz", p.hz);
+        h5::set_attribute(group, pass + "_error_hz", p.error_hz);
+        h5::set_attribute(group, pass + "_order", static_cast<double>(p.poles));
+        if (p.damping != usual_damping) h5::set_attribute(group, pass + "_damping", p.damping);
+    };
+    part("high_pass", response.lower, LowerCorner{}.damping);
+    part("low_pass", response.upper, LowPass{}.damping);
+    if (response.upper.above_hz > 0) h5::set_attribute(group, "low_pass_above_hz", response.upper.above_hz);
+    if (!response.file.empty()) h5::set_attribute(group, "response", response.file);
+}
+
 }  // namespace
 
 void describe(hid_t group, const DacInfo& dac) {
@@ -61,11 +75,7 @@ void describe(hid_t group, const AccelerometerInfo& a) {
     h5::set_attribute(group, "clock_uncertainty_s", a.clock_uncertainty_s);
     if (a.axes != 3) h5::set_attribute(group, "axes", static_cast<double>(a.axes));
     if (!a.gravity) h5::set_attribute(group, "gravity", 0.0);
-    if (!a.corner.none()) {
-        h5::set_attribute(group, "high_pass_hz", a.corner.hz);
-        h5::set_attribute(group, "high_pass_error_hz", a.corner.error_hz);
-        h5::set_attribute(group, "high_pass_order", static_cast<double>(a.corner.poles));
-    }
+    describe_response(group, a.response);
     if (a.dac_clock) h5::set_attribute(group, "dac_clock", 1.0);
     for (std::size_t k = 0; k < 3; ++k) {
         h5::set_attribute(group, fmt::format("offset_counts_{}", "xyz"[k]), a.offset_counts[k]);
@@ -167,6 +177,29 @@ View read_view(hid_t entry, const std::string& camera) {
     return view;
 }
 
+namespace {
+
+SensorResponse read_response(hid_t entry, const std::string& path) {
+    SensorResponse out;
+    const auto part = [&](const std::string& pass, auto& p) {
+        if (!h5::has_attribute(entry, path, pass + "_hz")) return;
+        p.hz = h5::read_attribute(entry, path, pass + "_hz");
+        p.error_hz = h5::read_attribute(entry, path, pass + "_error_hz");
+        p.poles = whole_attribute(entry, path, pass + "_order", 0, 2);
+        if (h5::has_attribute(entry, path, pass + "_damping"))
+            p.damping = h5::read_attribute(entry, path, pass + "_damping");
+    };
+    part("high_pass", out.lower);
+    part("low_pass", out.upper);
+    if (h5::has_attribute(entry, path, "low_pass_above_hz"))
+        out.upper.above_hz = h5::read_attribute(entry, path, "low_pass_above_hz");
+    if (h5::has_attribute(entry, path, "response"))
+        out.file = h5::read_attribute_text(entry, path, "response");
+    return out;
+}
+
+}  // namespace
+
 AccelerometerInfo read_accelerometer(hid_t entry, const std::string& path) {
     AccelerometerInfo a;
     a.name = h5::read_attribute_text(entry, path, "name");
@@ -176,10 +209,7 @@ AccelerometerInfo read_accelerometer(hid_t entry, const std::string& path) {
     if (h5::has_attribute(entry, path, "axes")) a.axes = whole_attribute(entry, path, "axes", 1, 3);
     if (h5::has_attribute(entry, path, "gravity"))
         a.gravity = whole_attribute(entry, path, "gravity", 0, 1) != 0;
-    if (h5::has_attribute(entry, path, "high_pass_hz"))
-        a.corner = {.hz = h5::read_attribute(entry, path, "high_pass_hz"),
-                    .error_hz = h5::read_attribute(entry, path, "high_pass_error_hz"),
-                    .poles = whole_attribute(entry, path, "high_pass_order", 0, 2)};
+    a.response = read_response(entry, path);
     if (h5::has_attribute(entry, path, "dac_clock"))
         a.dac_clock = whole_attribute(entry, path, "dac_clock", 0, 1) != 0;
     for (std::size_t k = 0; k < 3; ++k) {

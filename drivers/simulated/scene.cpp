@@ -138,7 +138,9 @@ void visit_sensor_errors(Part& part, AccelerometerTruth& a) {
     part.unusual("high_pass_hz", a.high_pass_hz, {0, 100}, usual.high_pass_hz);
     part.unusual("high_pass_order", a.high_pass_order, {1, 2}, usual.high_pass_order);
     part.unusual("told_high_pass_hz", a.told_high_pass_hz, {-1, 100}, usual.told_high_pass_hz);
+    part.unusual("told_low_pass_hz", a.told_low_pass_hz, {0, 20e3}, usual.told_low_pass_hz);
     part.words("calibration", a.calibration);
+    part.words("response", a.response);
     part.words("attitudes", a.attitudes);
     part.unusual("hold_s", a.hold_s, {0.1, 1e4}, usual.hold_s);
     part.unusual("turn_s", a.turn_s, {0.01, 1e4}, usual.turn_s);

@@ -51,6 +51,7 @@ struct AccelerometerTruth {
     double high_pass_hz = 0;             // corner of each pole of an AC-coupled sensor along x; 0: none
     int high_pass_order = 1;             // poles: of the sensor, and of its conditioner
     double told_high_pass_hz = -1;       // what its data sheet says, to a tenth; -1: nothing
+    double told_low_pass_hz = 0;         // the same of lowpass_hz; 0: nothing
     double noise_mps2_rthz = 245e-6;     // 25 ug/rtHz
     double range_mps2 = 78.5;            // +-8 g
     int bits = 20;
@@ -65,6 +66,7 @@ struct AccelerometerTruth {
     std::array<std::array<double, 3>, 3> gain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     std::array<double, 3> offset_mps2{};  // reading of the axis without acceleration
     std::string calibration{};            // calibration file, from the folder of the scene; empty: none
+    std::string response{};              // file of its response; the caller's
     std::string attitudes{};              // names, in order, of those it is held in; empty: it is on the base
     double hold_s = 3, turn_s = 1;        // in each attitude; to the next one
     double held_within_deg = 1;           // rms about each axis

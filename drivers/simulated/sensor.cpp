@@ -105,16 +105,18 @@ AccelerometerInfo AccelerometerModel::info() const {
                            .rate_hz = p_.rate_hz,
                            .axes = p_.axes,
                            .gravity = p_.gravity == 1,
-                           .corner = {},
                            .range_mps2 = p_.range_mps2,
                            .block_s = p_.block_samples / p_.rate_hz};
     for (std::size_t k = 0; k < 3; ++k)
         info.mps2_per_count[k] = k < static_cast<std::size_t>(p_.axes) ? lsb_ : 0;
     if (p_.axis_told == 1) info.shaker_axis = axis_;
     if (p_.axes == 1) info.shaker_axis = {1, 0, 0};
+    if (p_.told_low_pass_hz > 0)
+        info.response.upper = {.hz = p_.told_low_pass_hz,
+                               .error_hz = LowerCorner::of_data_sheet * p_.told_low_pass_hz};
     if (info.gravity) return info;
     const double told = p_.told_high_pass_hz;
-    info.corner = {
+    info.response.lower = {
         .hz = std::max(told, 0.0),
         .error_hz = told < 0 ? std::numeric_limits<double>::infinity() : LowerCorner::of_data_sheet * told,
         .poles = told < 0 ? 0 : p_.high_pass_order};

@@ -2,6 +2,7 @@
 // 10 %, or a calibration to 0.3 %: bias, error and coverage over scenes drawn by a seed. One mirror pair at 1
 // g, 40 periods, two cameras; mu by the exact law at the measured base.
 //   --count N (200): scenes   --seed N (1): of the first   --jobs N (2): at a time
+//   --alarms N: instead, the bench check's alarm in N right records, and in N whose phi is off by 9 mrad
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +29,7 @@ constexpr double unknown = std::numeric_limits<double>::infinity();
 struct Way {
     const char* name;
     bool corrected;
-    double error;  // relative, of the told corner
+    double error;  // relative, of the told corner and low-pass
 };
 constexpr std::array<Way, 4> ways{Way{"not corrected", false, 0},
                                   {"fitted", true, unknown},
@@ -47,17 +48,20 @@ SyntheticRun scene_of(std::uint64_t seed) {
     run.drive.gamma = paper_g;
     run.friction.emplace();
     run.friction->mu_k = run.friction->mu_s = uniform(0.08, 0.2);
-    run.corner = {.hz = 0.05 * std::exp(uniform(0, std::log(60))), .poles = uniform(0, 1) < 0.7 ? 1 : 2};
+    run.corner.hz = 0.05 * std::exp(uniform(0, std::log(60)));
+    const double kind = uniform(0, 1);  // one pole, two equal ones, Butterworth
+    run.corner.poles = kind < 0.6 ? 1 : 2;
+    if (kind > 0.8) run.corner.damping = 1 / std::numbers::sqrt2;
     run.lowpass_hz = 300 * std::exp(uniform(0, std::log(2000.0 / 300)));
     run.accel_noise_mps2 = 25e-6 * std::exp(uniform(0, std::log(10))) * paper_g * std::sqrt(2000);
     return run;
 }
 
-reduction::Measurement measurement_of(const SyntheticRun& run, const LowerCorner& told) {
+reduction::Measurement measurement_of(const SyntheticRun& run, const SensorResponse& told) {
     reduction::Measurement m = make_measurement(run);
     m.accelerometer.gravity = false;
     m.accelerometer.axes = 1;
-    m.accelerometer.corner = told;
+    m.accelerometer.response = told;
     m.accelerometer.shaker_axis = run.axis;
     for (auto& a : m.accelerometer.a_mps2) a[1] = a[2] = 0;
     return m;
@@ -66,14 +70,16 @@ reduction::Measurement measurement_of(const SyntheticRun& run, const LowerCorner
 void add(std::uint64_t seed, std::array<Sum, ways.size()>& all, std::mutex& guard) {
     SyntheticRun run = scene_of(seed);
     std::mt19937_64 random{seed + 1'000'000};
-    const double off = std::normal_distribution<double>{}(random);
+    std::normal_distribution<double> normal;
     for (std::size_t w = 0; w < ways.size(); ++w) {
-        LowerCorner told;
-        if (ways[w].corrected) told = {.error_hz = unknown, .poles = 0};
+        SensorResponse told;
+        if (ways[w].corrected) told.lower = {.error_hz = unknown, .poles = 0};
         if (std::isfinite(ways[w].error) && ways[w].corrected) {
-            told.error_hz = ways[w].error * run.corner.hz;
-            told.poles = run.corner.poles;
-            told.hz = run.corner.hz + off * told.error_hz;
+            const auto off = [&](double hz) { return hz * (1 + ways[w].error * normal(random)); };
+            told.lower = run.corner;
+            told.lower.hz = off(run.corner.hz);
+            told.lower.error_hz = ways[w].error * run.corner.hz;
+            told.upper = {.hz = off(run.lowpass_hz), .error_hz = ways[w].error * run.lowpass_hz};
         }
         Sum one{.n = 1};
         double mu = 0, variance = 0, common = 0;
@@ -108,16 +114,45 @@ void add(std::uint64_t seed, std::array<Sum, ways.size()>& all, std::mutex& guar
     }
 }
 
+/// Records of a sensor that is coupled down to DC, as the settings say, or has a corner of 0.12 Hz.
+void count_alarms(int records, std::uint64_t seed, int jobs, bench::Table& table) {
+    for (const double corner_hz : {0.0, 0.12}) {
+        std::mutex guard;
+        int alarms = 0;
+        double z2 = 0;
+        test::in_parallel(records, jobs, [&](int i) {
+            SyntheticRun run = scene_of(seed + static_cast<std::uint64_t>(i));
+            run.seed = seed + 3 * static_cast<std::uint64_t>(i);
+            run.corner = {.hz = corner_hz};
+            run.lowpass_hz = std::max(run.lowpass_hz, 500.0);
+            const reduction::Reduction r = reduce(measurement_of(run, {}));
+            const std::scoped_lock lock{guard};
+            alarms += r.corner.alarm;
+            z2 += std::pow(
+                (r.corner.phi_off.value - phi_turned(run.corner, 20) * -1) / r.corner.phi_off.sigma, 2);
+        });
+        table.add({{"phi off", corner_hz > 0 ? "9 mrad" : "0"},
+                   {"records", static_cast<double>(records)},
+                   {"alarms", static_cast<double>(alarms)},
+                   {"phi_off over its error, rms", std::sqrt(z2 / records)}});
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     std::array<Sum, ways.size()> all{};
     std::mutex guard;
     const auto seed = static_cast<std::uint64_t>(bench::whole_option(argc, argv, "--seed", 1, 0));
-    test::in_parallel(bench::whole_option(argc, argv, "--count", 200, 1),
-                      bench::whole_option(argc, argv, "--jobs", 2, 1),
-                      [&](int i) { add(seed + static_cast<std::uint64_t>(i), all, guard); });
+    const int jobs = bench::whole_option(argc, argv, "--jobs", 2, 1);
     bench::Table table;
+    if (const int records = bench::whole_option(argc, argv, "--alarms", 0, 0); records > 0) {
+        count_alarms(records, seed, jobs, table);
+        table.print(argc, argv);
+        return 0;
+    }
+    test::in_parallel(bench::whole_option(argc, argv, "--count", 200, 1), jobs,
+                      [&](int i) { add(seed + static_cast<std::uint64_t>(i), all, guard); });
     for (std::size_t w = 0; w < ways.size(); ++w) {
         const Sum& s = all[w];
         table.add({{"corner", ways[w].name},

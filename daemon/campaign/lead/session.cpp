@@ -118,7 +118,7 @@ std::string truth_sentence(const PointsTable& table) {
 }  // namespace
 
 void require_possible(const Plan& plan, const std::vector<Point>& points, const bench::Bench& bench) {
-    for (const Point& p : points) run::require_seen(bench, p.asked.drive.frequency);
+    for (const Point& p : points) run::require_seen(bench, p.asked.drive);
     require_within_limits(plan, points, [&](const Drive& drive) {
         return run::run_demands(bench, drive, run::limits_of_run(bench.limits));
     });

@@ -2,7 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 
 #include "calibration/camera/printed_targets.hpp"
 #include "daemon/manual/values.hpp"
@@ -16,7 +18,7 @@ namespace {
 using manual::Argument;
 using manual::Kind;
 
-constexpr std::array<std::string_view, 3> calibrated_devices{"accelerometer", "camera", "strip"};
+constexpr std::array<std::string_view, 4> calibrated_devices{"accelerometer", "response", "camera", "strip"};
 
 constexpr Argument length_argument(std::string_view name, std::string_view help, Range allowed,
                                    std::string_view standard) {
@@ -40,17 +42,21 @@ constexpr Argument whole_argument(std::string_view name, std::string_view help, 
 }
 
 constexpr std::array calibrate_arguments{
-    Argument{.name = "DEVICE",
-             .help = "What to calibrate; strip: print bars for the base",
-             .kind = Kind::word,
-             .words = calibrated_devices},
+    Argument{
+        .name = "DEVICE",
+        .help = "What to calibrate; response: of the accelerometer over frequency; strip: print bars for the "
+                "base",
+        .kind = Kind::word,
+        .words = calibrated_devices},
     manual::rig_argument,
     manual::scene_argument,
     Argument{.name = "--from",
              .value = "FILE",
              .help = "Instead of a live device: accelerometer: CSV with the columns attitude,x,y,z (counts), "
                      "one record or "
-                     "more each; camera: pictures of the board on the base (PNG, TIFF, ...)",
+                     "more each; response: recordings, folders of campaigns, or a certificate (CSV with the "
+                     "columns frequency_hz,gain,gain_error,phase_deg,phase_error_deg); camera: pictures of "
+                     "the board on the base (PNG, TIFF, ...)",
              .kind = Kind::file,
              .many = true},
     Argument{.name = "--g",
@@ -92,7 +98,9 @@ constexpr std::array calibrate_arguments{
              .value = "FILE",
              .help = "Calibration file; the records of a live accelerometer are kept beside it as CSV",
              .kind = Kind::file,
-             .otherwise = "accelerometer-DATE.toml, camera-NAME-DATE.toml, strip.pdf"},
+             .otherwise = "accelerometer-DATE.toml, response-DATE.toml, camera-NAME-DATE.toml, strip.pdf"},
+    Argument{.name = "--coupled-dc",
+             .help = "response: the sensor has no lower corner; only for certificates, recordings contain it"},
     Argument{.name = "--camera",
              .value = "NAME",
              .help = "camera: its name",
@@ -162,6 +170,15 @@ constexpr std::array calibrate_arguments{
     whole_argument("--seed", "strip: its bars follow from this number", {1, 1e9}, "1"),
     manual::json_argument};
 
+// Refuses arguments that are neither `common` nor of this device by their help.
+void refuse_others(std::string_view device, const manual::Values& values,
+                   std::initializer_list<std::string_view> common) {
+    for (const Argument& a : calibrate_arguments)
+        if (values.has(a.name) && !a.help.starts_with(fmt::format("{}:", device)) &&
+            std::ranges::find(common, a.name) == common.end())
+            throw InputError{fmt::format("calibrate {}: {} is for another device", device, a.name)};
+}
+
 // Writes bars for the base as a PDF and prints how to check it. The file is not overwritten. InputError if
 // the widths do not fit or the strip has too few edges for tracking.
 void print_strip(const optics::BarCode& code, double height_mm, const std::filesystem::path& output) {
@@ -184,11 +201,7 @@ void print_strip(const optics::BarCode& code, double height_mm, const std::files
 }
 
 int act_on_strip(const manual::Values& values) {
-    for (const Argument& a : calibrate_arguments) {
-        const bool known = a.help.starts_with("strip:") || a.name == "DEVICE" || a.name == "--output";
-        if (!known && values.has(a.name))
-            throw InputError{fmt::format("calibrate strip: {} is for a sensor", a.name)};
-    }
+    refuse_others("strip", values, {"DEVICE", "--output"});
     const auto mm = [&](std::string_view name) { return 1e3 * values.number(name); };
     const std::string output = values.text("--output");
     print_strip({.seed = static_cast<std::uint64_t>(values.whole("--seed")),
@@ -202,13 +215,18 @@ int act_on_strip(const manual::Values& values) {
 int act_on_calibrate(const manual::Values& values) {
     const std::string device = values.text("DEVICE");
     if (device == "strip") return act_on_strip(values);
+    if (device == "response") {
+        refuse_others("response", values, {"DEVICE", "--from", "--output", "--json"});
+        calibrate_response(values);
+        return manual::exit_ok;
+    }
     if (device == "camera") {
         calibrate_camera(values);
         return manual::exit_ok;
     }
     for (const Argument& a : calibrate_arguments)
-        if (a.help.starts_with("camera:") && values.has(a.name))
-            throw InputError{fmt::format("calibrate accelerometer: {} is for a camera", a.name)};
+        if ((a.help.starts_with("camera:") || a.help.starts_with("response:")) && values.has(a.name))
+            throw InputError{fmt::format("calibrate accelerometer: {} is for another device", a.name)};
     calibrate_accelerometer(values);
     return manual::exit_ok;
 }
@@ -227,7 +245,11 @@ manual::Command calibrate_row() {
             "it on the base in several places and turned, then raised by a known height; scale, tilt, "
             "distance "
             "and lens follow from the corners of its squares. The rig file names the result in the camera's "
-            "table. strip: prints bars of irregular width as a PDF, for a target of kind \"code\".",
+            "table. response: lower corner and low-pass of the accelerometer from what its cameras saw at "
+            "the "
+            "same time: drive the lines of the plan response.toml with \"shakerd campaign\", then give its "
+            "folder. The rig file names the result: [accelerometer] response = \"FILE\". strip: prints bars "
+            "of irregular width as a PDF, for a target of kind \"code\".",
         .arguments = calibrate_arguments,
         .example = "shakerd calibrate accelerometer --rig bench.toml --latitude 52.1deg --height 80m",
         .exit_statuses = {manual::exit_device, manual::exit_signal},

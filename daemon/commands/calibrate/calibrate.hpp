@@ -25,6 +25,10 @@ void calibrate_accelerometer(const manual::Values& values);
 /// known length. Writes and prints as above.
 void calibrate_camera(const manual::Values& values);
 
+/// shakerd calibrate response: lower corner and low-pass of the accelerometer, from recordings whose cameras
+/// see the base, or from a certificate. Writes and prints as above.
+void calibrate_response(const manual::Values& values);
+
 /// Words of --axis, in the order of calibration::AxisFrom.
 inline constexpr std::array<std::string_view, 3> axis_words{"settings", "board", "slid"};
 

@@ -5,8 +5,11 @@
 #include <boost/math/special_functions/sinc.hpp>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <span>
 #include <vector>
 
+#include "calibration/harmonics/harmonic_gradients.hpp"
 #include "drivers/drive.hpp"
 
 namespace shaker::reduction {
@@ -15,24 +18,14 @@ namespace {
 
 constexpr double agreeing = 4;         // standard errors
 constexpr double most_lowered = 0.1;   // of an amplitude
-constexpr double bias_of_phi = 3e-4;   // rad: trackers, a low-pass of 500 Hz
+constexpr double bias_of_phi = 1e-4;   // rad: trackers
+constexpr double bias_without = 3e-4;  // rad: also a low-pass of 500 Hz that nobody told
 constexpr double bias_of_rise = 2e-4;  // of the ratio of two amplitudes: trackers, exposure
 
+using calibration::covariance_of;
 using calibration::HarmonicFit;
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
-
-Matrix covariance_of(const HarmonicFit& fit) {
-    const Eigen::Index n = 2 * fit.order();
-    return Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>(fit.covariance.data(), n, n);
-}
-
-/// Derivative of the phase of a_q by Re a_1, Im a_1, Re a_2, ...
-Eigen::RowVectorXd phase_by(const HarmonicFit& fit, int q) {
-    Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(2 * fit.order());
-    row.segment<2>(2 * (q - 1)) << -fit.at(q).imag(), fit.at(q).real();
-    return row / std::norm(fit.at(q));
-}
 
 /// By how much the accelerometer leads the cameras.
 struct Leads {
@@ -45,31 +38,25 @@ struct Leads {
 };
 
 Leads leads_of(const HarmonicFit& sensor, const HarmonicFit& cameras, double exposure_s) {
-    constexpr int most = 3;
+    constexpr double most = 3.5;  // harmonics
+    std::vector<calibration::ResponseLine> lines = lines_of(sensor, cameras, exposure_s);
+    std::erase_if(lines, [&](const auto& line) { return line.hz > most * sensor.frequency_hz; });
     Leads out;
-    for (int q = 1; q <= std::min({sensor.order(), cameras.order(), most}); ++q)
-        if (sensor.stands_out(q) && cameras.stands_out(q)) out.q.push_back(q);
-    const auto n = std::ssize(out.q);
+    const auto n = std::ssize(lines);
     out.rad.resize(n);
     out.by_sensor.resize(n, 2 * sensor.order());
     Matrix by_cameras(n, 2 * cameras.order());
     for (Eigen::Index i = 0; i < n; ++i) {
-        const int q = out.q[static_cast<std::size_t>(i)];
-        const double turn = two_pi * q * sensor.frequency_hz * (sensor.origin_s - cameras.origin_s);
-        out.rad(i) = std::arg(sensor.at(q) * std::conj(-cameras.at(q)) * std::polar(1.0, -turn));
-        out.by_sensor.row(i) = phase_by(sensor, q);
-        by_cameras.row(i) = phase_by(cameras, q);
+        const calibration::ResponseLine& line = lines[static_cast<std::size_t>(i)];
+        const int q = out.q.emplace_back(static_cast<int>(std::lround(line.hz / sensor.frequency_hz)));
+        out.rad(i) = line.lead_rad.value;
+        out.by_sensor.row(i) = calibration::phase_gradient(sensor.at(q), q, out.by_sensor.cols());
+        by_cameras.row(i) = calibration::phase_gradient(cameras.at(q), q, by_cameras.cols());
     }
     out.cameras = by_cameras * covariance_of(cameras) * by_cameras.transpose();
     if (!out.both()) return out;
-    for (const int q : {1, 2}) {
-        const double blur = boost::math::sinc_pi(two_pi / 2 * q * sensor.frequency_hz * exposure_s),
-                     ratio = std::abs(sensor.at(q) / cameras.at(q)) * blur / (q * q);
-        out.log_rise.value = q == 1 ? -std::log(ratio) : out.log_rise.value + std::log(ratio);
-        out.log_rise.sigma = std::hypot(q == 1 ? bias_of_rise : out.log_rise.sigma,
-                                        sensor.amplitude_sd(q) / std::abs(sensor.at(q)),
-                                        cameras.amplitude_sd(q) / std::abs(cameras.at(q)));
-    }
+    const calibration::Estimate &first = lines[0].log_gain, &second = lines[1].log_gain;
+    out.log_rise = {second.value - first.value, std::hypot(bias_of_rise, first.sigma, second.sigma)};
     return out;
 }
 
@@ -87,13 +74,15 @@ Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorne
     const double known = std::isfinite(told.error_hz) ? 1 / std::pow(std::max(told.error_hz, 1e-9), 2) : 0;
     const Matrix weights = covariance.inverse();
     out.at(0) = told.hz;
+    LowerCorner corner = told;
     Matrix by(std::ssize(leads.q), 2);
     for (int pass = 0; pass < 8; ++pass) {
         Vector rest = leads.rad;
+        corner.hz = out.at(0);
         for (Eigen::Index i = 0; i < by.rows(); ++i) {
-            const double q = leads.q[static_cast<std::size_t>(i)], x = out.at(0) / (q * f);
-            by.row(i) << told.poles / (q * f) / (1 + x * x), q;
-            rest(i) = std::remainder(rest(i) - told.poles * std::atan(x) - q * out.at(1), two_pi);
+            const double q = leads.q[static_cast<std::size_t>(i)];
+            by.row(i) << corner.log_rate(q * f).imag(), q;
+            rest(i) = std::remainder(rest(i) - std::arg(corner.at(q * f)) - q * out.at(1), two_pi);
         }
         Eigen::Matrix2d normal = by.transpose() * weights * by;
         out.time_alone = 1 / normal(1, 1);
@@ -106,137 +95,186 @@ Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorne
     return out;
 }
 
-/// Derivative by the corner, rad/Hz, of phi as such a sensor has it.
-double phi_by(const LowerCorner& corner, double f) {
-    const double x = corner.hz / f;
-    return corner.poles * (0.5 / (1 + x * x / 4) - 2 / (1 + x * x)) / f;
-}
-
-/// phi by the cameras minus that by the accelerometer, corrected for the corner of its settings.
-calibration::Estimate phi_off(const Leads& leads, const Matrix& covariance, double f,
-                              const LowerCorner& told) {
-    const double x = told.hz / f;
+/// phi by the cameras minus that by the accelerometer, corrected for the corner of its settings. bias: of
+/// phi.
+calibration::Estimate phi_off(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told,
+                              double bias) {
     Eigen::RowVectorXd turn = Eigen::RowVectorXd::Zero(covariance.rows());
     turn(0) = -2;
     turn(1) = 1;
-    const double told_turn = told.poles * (std::atan(x / 2) - 2 * std::atan(x));
-    return {std::remainder(told_turn - turn * leads.rad, two_pi),
-            std::hypot(std::sqrt(turn * covariance * turn.transpose()), phi_by(told, f) * told.error_hz,
-                       bias_of_phi)};
+    return {std::remainder(phi_turned(told, f) - turn * leads.rad, two_pi),
+            std::hypot(std::sqrt(turn * covariance * turn.transpose()),
+                       phi_turned_by_hz(told, f) * told.error_hz, bias)};
 }
 
-/// A corner whose number of poles may be another one: with equal phases, two poles lower the amplitudes less.
-struct Response {
-    LowerCorner corner, other;
-    double share = 0;  // probability of the other one
+/// A corner that fits the phases, with the probability of its kind. With equal phases, two poles lower the
+/// amplitudes less than one, and those of a Butterworth filter less than equal ones.
+struct Kind {
+    LowerCorner corner{};
+    Fit fit{};
+    double share = 1;
 };
 
-Response likelier(const Response& one, const Response& two, const calibration::Estimate& log_rise, double f) {
-    const auto misfit = [&](const LowerCorner& c) {
-        const double rise = std::log(std::abs(c.at(2 * f) / c.at(f)));
-        return std::pow((log_rise.value - rise) / log_rise.sigma, 2);
-    };
-    const double of_two = 1 / (1 + std::exp((misfit(two.corner) - misfit(one.corner)) / 2));
-    return of_two > 0.5 ? Response{two.corner, one.corner, 1 - of_two}
-                        : Response{one.corner, two.corner, of_two};
+void weigh(std::vector<Kind>& kinds, const calibration::Estimate& log_rise, double f) {
+    std::vector<double> misfits;
+    for (const Kind& k : kinds) {
+        const double rise = std::log(std::abs(k.corner.at(2 * f) / k.corner.at(f)));
+        misfits.push_back(std::pow((log_rise.value - rise) / log_rise.sigma, 2));
+    }
+    const double least = std::ranges::min(misfits);
+    double sum = 0;
+    for (std::size_t i = 0; i < kinds.size(); ++i) sum += kinds[i].share = std::exp((least - misfits[i]) / 2);
+    for (Kind& k : kinds) k.share /= sum;
 }
 
-struct Found {
-    Response response;
-    Fit fit;
-    calibration::Estimate hz;  // as Corner
-};
+/// The told corner weighed with the leads, by kind. either: it has one pole or two.
+std::vector<Kind> weighed(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told,
+                          bool either) {
+    if (leads.q.empty()) {
+        Kind only{.corner = told};
+        only.fit.by_leads = Matrix::Zero(2, 0);
+        only.fit.by_told = told.error_hz * told.error_hz;
+        return {only};
+    }
+    std::vector<Kind> kinds{{.corner = told}};
+    if (either) {
+        for (const double damping : {1.0, 1 / std::numbers::sqrt2})
+            kinds.push_back(
+                {.corner = {.hz = told.hz, .error_hz = told.error_hz, .poles = 2, .damping = damping}});
+    }
+    for (Kind& k : kinds) {
+        k.fit = fit(leads, covariance, f, k.corner);
+        k.corner.hz = k.fit.at(0);
+    }
+    if (either) weigh(kinds, leads.log_rise, f);
+    return kinds;
+}
 
-/// The told corner weighed with the leads. either: it has one pole or two.
-Found weighed(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told, bool either) {
-    Found out{.response = {told, told}, .fit = {}, .hz = {told.hz, told.error_hz}};
-    const auto n = std::ssize(leads.q);
-    out.fit.by_leads = Matrix::Zero(2, n);
-    out.fit.by_told = told.error_hz * told.error_hz;
-    if (n == 0) return out;
-    const auto with = [&](int poles) {
-        Found found{.response = {told, told}, .fit = {}, .hz = {}};
-        found.response.corner.poles = poles;
-        found.fit = fit(leads, covariance, f, found.response.corner);
-        found.hz = {found.fit.at(0), std::sqrt(found.fit.covariance(0, 0))};
-        found.response.corner.hz = found.hz.value;
-        found.response.other = found.response.corner;
-        return found;
-    };
-    out = with(told.poles);
-    if (!either) return out;
-    Found two = with(2);
-    two.hz = out.hz;
-    const Response response = likelier(out.response, two.response, leads.log_rise, f);
-    if (response.corner.poles == 2) out = two;
-    out.response = response;
+/// Multiplies the harmonics by factors; returns the matrix that turns their real and imaginary parts.
+Matrix multiply(HarmonicFit& fit, std::span<const std::complex<double>> factors) {
+    Matrix turned = Matrix::Zero(2 * fit.order(), 2 * fit.order());
+    for (Eigen::Index q = 0; q < fit.order(); ++q) {
+        const std::complex<double> by = factors[static_cast<std::size_t>(q)];
+        turned.block<2, 2>(2 * q, 2 * q) << by.real(), -by.imag(), by.imag(), by.real();
+        fit.a[static_cast<std::size_t>(q)] *= by;
+    }
+    return turned;
+}
+
+void set_covariance(HarmonicFit& fit, const Matrix& covariance) {
+    Eigen::Map<Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>(fit.covariance.data(), covariance.rows(),
+                                                               covariance.cols()) = covariance;
+}
+
+Vector numbers_of(std::span<const std::complex<double>> a) {
+    Vector out(2 * std::ssize(a));
+    for (Eigen::Index q = 0; q < std::ssize(a); ++q)
+        out.segment<2>(2 * q) << a[static_cast<std::size_t>(q)].real(), a[static_cast<std::size_t>(q)].imag();
     return out;
 }
 
-/// Divides the harmonics by the response. Their errors get those of the corner by the noise of both
-/// instruments (variance: by the cameras') and of the number of poles. by_told: variance of the told corner;
+void divide(HarmonicFit& fit, const LowPass& pass) {
+    if (pass.none()) return;
+    std::vector<std::complex<double>> factors;
+    for (int q = 1; q <= fit.order(); ++q) factors.push_back(1.0 / pass.at(q * fit.frequency_hz));
+    const Matrix turned = multiply(fit, factors);
+    set_covariance(fit, turned * covariance_of(fit) * turned.transpose());
+}
+
+/// Divides the harmonics by the response of the corner. Their errors get those of the corner by the noise of
+/// both instruments (variance: by the cameras') and of its kind. by_told: variance of the told corner;
 /// amplitudes alone get it here.
-void divide(HarmonicFit& sensor, const Response& response, const Eigen::RowVectorXd& corner_by_sensor,
+void divide(HarmonicFit& sensor, const std::vector<Kind>& kinds, const Eigen::RowVectorXd& corner_by_sensor,
             double variance, double by_told) {
-    const LowerCorner& corner = response.corner;
-    const Eigen::Index n = 2 * sensor.order();
-    Matrix turned = Matrix::Zero(n, n);
-    Vector by_hz(n), by_poles(n), lowered(n);
-    for (int q = 1; q <= sensor.order(); ++q) {
-        const double qf = q * sensor.frequency_hz;
-        const std::complex<double> factor = 1.0 / corner.at(qf), a = sensor.at(q) * factor,
-                                   rate = static_cast<double>(-corner.poles) *
-                                          std::complex<double>{0, 1 / qf} /
-                                          std::complex<double>{1, -corner.hz / qf},
-                                   by = a * rate, lower = a * rate.real(),
-                                   other = sensor.at(q) / response.other.at(qf) - a;
-        const Eigen::Index i = 2 * (q - 1);
-        turned.block<2, 2>(i, i) << factor.real(), -factor.imag(), factor.imag(), factor.real();
-        by_hz.segment<2>(i) << by.real(), by.imag();
-        lowered.segment<2>(i) << lower.real(), lower.imag();
-        by_poles.segment<2>(i) << other.real(), other.imag();
-        sensor.a[static_cast<std::size_t>(q - 1)] = a + response.share * other;
+    const auto n = static_cast<std::size_t>(sensor.order());
+    const double f = sensor.frequency_hz;
+    const LowerCorner& likeliest = std::ranges::max_element(kinds, {}, &Kind::share)->corner;
+    std::vector<std::complex<double>> factors(n), rates(n), lowered(n);
+    for (std::size_t i = 0; i < n; ++i)
+        for (const Kind& k : kinds) factors[i] += k.share / k.corner.at(static_cast<double>(i + 1) * f);
+    Matrix by_kind = Matrix::Zero(2 * sensor.order(), 2 * sensor.order());
+    for (const Kind& k : kinds) {
+        std::vector<std::complex<double>> other(n);
+        for (std::size_t i = 0; i < n; ++i)
+            other[i] = sensor.a[i] * (1.0 / k.corner.at(static_cast<double>(i + 1) * f) - factors[i]);
+        by_kind += k.share * numbers_of(other) * numbers_of(other).transpose();
     }
+    Matrix turned = multiply(sensor, factors);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::complex<double> rate = -likeliest.log_rate(static_cast<double>(i + 1) * f);
+        rates[i] = sensor.a[i] * rate;
+        lowered[i] = sensor.a[i] * rate.real();
+    }
+    const Vector by_hz = numbers_of(rates), lower = numbers_of(lowered);
     if (corner_by_sensor.size() > 0) turned += by_hz * corner_by_sensor;
-    Eigen::Map<Eigen::Matrix<double, -1, -1, Eigen::RowMajor>> stored(sensor.covariance.data(), n, n);
-    const Matrix wider = turned * stored * turned.transpose() + by_hz * variance * by_hz.transpose() +
-                         lowered * by_told * lowered.transpose() +
-                         response.share * (1 - response.share) * by_poles * by_poles.transpose();
-    stored = wider;
+    set_covariance(sensor, turned * covariance_of(sensor) * turned.transpose() + by_kind +
+                               by_hz * variance * by_hz.transpose() + lower * by_told * lower.transpose());
 }
 
 }  // namespace
 
-TakenOff take_off(const LowerCorner& told, double exposure_s, const HarmonicFit& base, HarmonicFit& sensor,
+std::vector<calibration::ResponseLine> lines_of(const HarmonicFit& sensor, const HarmonicFit& cameras,
+                                                double exposure_s) {
+    std::vector<calibration::ResponseLine> lines;
+    for (int q = 1; q <= std::min(sensor.order(), cameras.order()); ++q) {
+        if (!sensor.stands_out(q) || !cameras.stands_out(q)) continue;
+        const double f = q * sensor.frequency_hz, w = two_pi * f,
+                     blur = boost::math::sinc_pi(w / 2 * exposure_s);
+        const double turn = two_pi * q * sensor.frequency_hz * (sensor.origin_s - cameras.origin_s);
+        const std::complex<double> a = sensor.at(q), x = cameras.at(q);
+        lines.push_back({.hz = f,
+                         .log_gain = {std::log(std::abs(a / x) * blur / (w * w)),
+                                      std::hypot(sensor.amplitude_sd(q) / std::abs(a),
+                                                 cameras.amplitude_sd(q) / std::abs(x))},
+                         .lead_rad = {std::arg(a * std::conj(-x) * std::polar(1.0, -turn)),
+                                      std::hypot(sensor.phase_sd(q), cameras.phase_sd(q))}});
+    }
+    return lines;
+}
+
+TakenOff take_off(const SensorResponse& told, double exposure_s, const HarmonicFit& base, HarmonicFit& sensor,
                   std::array<HarmonicFit, 2>& across) {
+    for (HarmonicFit* fit : {&sensor, &across[0], &across[1]}) divide(*fit, told.upper);
     Corner out;
-    LowerCorner by = told;
-    by.poles = std::max(told.poles, 1);
+    LowerCorner by = told.lower;
+    by.poles = std::max(by.poles, 1);
     const double f = sensor.frequency_hz, w = two_pi * f;
+    const double by_low_pass = told.upper.phi_error(f);
+    const double bias = std::isnan(by_low_pass) ? bias_without : std::hypot(bias_of_phi, by_low_pass);
     const Leads leads = leads_of(sensor, base, exposure_s);
     const Matrix covariance =
         leads.by_sensor * covariance_of(sensor) * leads.by_sensor.transpose() + leads.cameras;
-    if (leads.both() && std::isfinite(told.error_hz)) {
-        out.phi_off = phi_off(leads, covariance, f, by);
+    if (leads.both() && std::isfinite(by.error_hz)) {
+        out.phi_off = phi_off(leads, covariance, f, by, bias);
         out.alarm = std::abs(out.phi_off.value) > agreeing * out.phi_off.sigma;
     }
-    if (told.none()) return {out};
-    out.unknown = !leads.both() && !std::isfinite(told.error_hz);
+    if (told.lower.none()) {
+        out.phi_told = by_low_pass;
+        return {out};
+    }
+    out.unknown = !leads.both() && !std::isfinite(by.error_hz);
     if (out.unknown) return {out};
-    by.error_hz = std::hypot(by.error_hz, bias_of_phi / phi_by(by, f));
-    if (out.alarm) by = {.error_hz = std::numeric_limits<double>::infinity(), .poles = by.poles};
-    const Found found = weighed(leads, covariance, f, by, told.poles == 0 && leads.both());
-    out.hz = found.hz;
-    by = found.response.corner;
-    const Eigen::RowVectorXd row = found.fit.by_leads.row(0), by_sensor = row * leads.by_sensor;
-    const double by_cameras = row * leads.cameras * row.transpose(), by_told = found.fit.by_told;
+    by.error_hz = std::hypot(by.error_hz, bias / phi_turned_by_hz(by, f));
+    if (out.alarm) {
+        by.hz = 0;
+        by.error_hz = std::numeric_limits<double>::infinity();
+    }
+    const std::vector<Kind> kinds = weighed(leads, covariance, f, by, told.lower.poles == 0 && leads.both());
+    const Fit& first = kinds.front().fit;
+    const Kind& likeliest = *std::ranges::max_element(kinds, {}, &Kind::share);
+    out.hz = leads.q.empty() ? calibration::Estimate{by.hz, by.error_hz}
+                             : calibration::Estimate{first.at(0), std::sqrt(first.covariance(0, 0))};
+    const Eigen::RowVectorXd row = likeliest.fit.by_leads.row(0), by_sensor = row * leads.by_sensor;
+    const double by_cameras = row * leads.cameras * row.transpose(), by_told = likeliest.fit.by_told;
     const double by_noise = by_sensor * covariance_of(sensor) * by_sensor.transpose();
-    if (std::isfinite(by.error_hz)) out.phi_told = std::abs(phi_by(by, f)) * std::sqrt(by_told);
-    out.large = std::abs(by.at(f)) < 1 - most_lowered;
+    const LowerCorner& corner = likeliest.corner;
+    if (std::isfinite(by.error_hz)) out.phi_told = std::abs(phi_turned_by_hz(corner, f)) * std::sqrt(by_told);
+    out.large = std::abs(corner.at(f)) < 1 - most_lowered;
 
-    divide(sensor, found.response, by_sensor, by_cameras, by_told);
-    for (HarmonicFit& fit : across) divide(fit, found.response, {}, by_cameras + by_noise, by_told);
-    return {out, found.fit.at(1) / w, (found.fit.covariance(1, 1) - found.fit.time_alone) / (w * w)};
+    divide(sensor, kinds, by_sensor, by_cameras, by_told);
+    for (HarmonicFit& fit : across) divide(fit, kinds, {}, by_cameras + by_noise, by_told);
+    return {out, likeliest.fit.at(1) / w,
+            (likeliest.fit.covariance(1, 1) - likeliest.fit.time_alone) / (w * w)};
 }
 
 }  // namespace shaker::reduction

@@ -1,12 +1,18 @@
 #pragma once
 // Phases of the base's motion by accelerometer and cameras: the accelerometer's lower corner, and a check.
 #include <array>
+#include <vector>
 
+#include "calibration/accelerometer/response_fit.hpp"
 #include "calibration/harmonics/harmonic_fit.hpp"
 #include "daemon/reduction/check/bench_check.hpp"
-#include "drivers/response/lower_corner.hpp"
+#include "drivers/response/sensor_response.hpp"
 
 namespace shaker::reduction {
+
+/// Harmonics that stand out in both. exposure_s: of the cameras.
+std::vector<calibration::ResponseLine> lines_of(const calibration::HarmonicFit& sensor,
+                                                const calibration::HarmonicFit& cameras, double exposure_s);
 
 struct TakenOff {
     Corner corner{};
@@ -14,12 +20,12 @@ struct TakenOff {
            variance_s2 = 0;  // the accelerometer's samples are later; added variance of their time
 };
 
-/// Takes the corner off the harmonics of the accelerometer along and across the shaker's axis. Told with an
-/// error, it is weighed with what the cameras show; where both disagree by four standard errors, the cameras
-/// decide. One pole or two, where that was not passed, by the ratio of the amplitudes. Errors of the
-/// harmonics contain those of the corner by noise and by the number of its poles. exposure_s, base: of the
-/// cameras.
-TakenOff take_off(const LowerCorner& told, double exposure_s, const calibration::HarmonicFit& base,
+/// Takes the response off the harmonics of the accelerometer along and across the shaker's axis: the low-pass
+/// as told; the corner, told with an error, weighed with what the cameras show; where both disagree by four
+/// standard errors, the cameras decide. One pole, two or Butterworth, where that was not passed, by the ratio
+/// of the amplitudes. Errors of the harmonics contain those of the corner by noise and by its kind.
+/// exposure_s, base: of the cameras.
+TakenOff take_off(const SensorResponse& told, double exposure_s, const calibration::HarmonicFit& base,
                   calibration::HarmonicFit& along, std::array<calibration::HarmonicFit, 2>& across);
 
 }  // namespace shaker::reduction

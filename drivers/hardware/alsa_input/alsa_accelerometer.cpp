@@ -60,7 +60,7 @@ public:
                  .rate_hz = settings.sensor_rate_hz(),
                  .axes = settings.axes(),
                  .gravity = settings.gravity,
-                 .corner = settings.corner,
+                 .response = settings.response,
                  .dac_clock = settings.dac_clock,
                  .mps2_per_count = {},
                  .clock_uncertainty_s = settings.clock_uncertainty_s,

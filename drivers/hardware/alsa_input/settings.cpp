@@ -79,7 +79,7 @@ InputSettings read_input_settings(SettingsTable& table) {
     const int most = static_cast<int>(s.rate_hz / least_rate_hz);
     s.reduce = table.integer("reduce", 1, most, std::max(1, static_cast<int>(s.rate_hz / usual_rate_hz)));
     s.gravity = table.flag("gravity", s.gravity);
-    s.corner = read_lower_corner(table, s.gravity);
+    s.response = read_response(table, s.gravity);
     s.dac_clock = table.choice("clock", {"own", "dac"}, 0) == 1;
     s.shaker_axis = read_shaker_axis(table, s.channels.size());
     s.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, s.clock_uncertainty_s);

@@ -8,7 +8,7 @@
 
 #include "drivers/hardware/alsa/settings.hpp"
 #include "drivers/hardware/alsa_input/usb_sensor.hpp"
-#include "drivers/response/lower_corner.hpp"
+#include "drivers/response/sensor_response.hpp"
 #include "drivers/settings_table.hpp"
 
 namespace shaker::alsa_input {
@@ -27,7 +27,7 @@ struct InputSettings {
     std::optional<double> range_mps2;     // largest reading; without it full scale
     int reduce = 12;                      // samples of the card for each of the sensor
     bool gravity = false;                 // as AccelerometerInfo
-    LowerCorner corner{};                 // as AccelerometerInfo
+    SensorResponse response{};            // as AccelerometerInfo
     bool dac_clock = false;               // as AccelerometerInfo
     std::array<double, 3> shaker_axis{};  // as AccelerometerInfo
     double clock_uncertainty_s = 0.02;

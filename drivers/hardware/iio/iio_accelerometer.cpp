@@ -98,6 +98,7 @@ public:
     [[nodiscard]] AccelerometerInfo info() const override {
         return {.name = facts_.name,
                 .rate_hz = facts_.rate_hz,
+                .response = settings_.response,
                 .offset_counts = facts_.offset_counts,
                 .mps2_per_count = facts_.mps2_per_count,
                 .clock_uncertainty_s = settings_.clock_uncertainty_s,

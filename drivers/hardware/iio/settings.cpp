@@ -33,6 +33,7 @@ IioSettings read_iio_settings(SettingsTable& table) {
     const std::size_t otherwise = s.uri.starts_with("local:") ? 0 : 1;
     constexpr std::array kinds{IioStamps::host, IioStamps::device, IioStamps::none};
     s.stamps = kinds.at(table.choice("stamps", {"host", "device", "none"}, otherwise));
+    s.response = read_response(table, true);
     s.shaker_axis = read_shaker_axis(table, 3);
     s.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, s.clock_uncertainty_s);
     if (table.has("range_mps2")) s.range_mps2 = table.number("range_mps2", {1e-6, 1e6});

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/response/sensor_response.hpp"
 #include "drivers/settings_table.hpp"
 
 namespace shaker::iio {
@@ -26,6 +27,7 @@ struct IioSettings {
     double timeout_s = 1;             // s without data before the connection is created again
     double give_up_s = 5;             // s without data before the device has failed
     IioStamps stamps = IioStamps::host;
+    SensorResponse response{};            // as AccelerometerInfo
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
     double clock_uncertainty_s = 0.02;
     std::optional<double> range_mps2{};  // a sample beyond it is clipped; empty: the ends of the counts
@@ -33,8 +35,8 @@ struct IioSettings {
 
 /// Reads uri, device, channels, rate_hz, trigger, buffer_samples, kernel_buffers, timeout_s, give_up_s,
 /// stamps ("host", "device", "none"; default host for local:, else device), shaker_axis (three numbers or
-/// "fit"), clock_uncertainty_s and range_mps2; all are optional. Other keys and finish() are left to the
-/// caller. InputError as from SettingsTable.
+/// "fit"), clock_uncertainty_s, range_mps2 and those of low_pass_hz; all are optional. Other keys and
+/// finish() are left to the caller. InputError as from SettingsTable.
 IioSettings read_iio_settings(SettingsTable& table);
 
 }  // namespace shaker::iio

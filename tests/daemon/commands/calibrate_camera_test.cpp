@@ -102,7 +102,7 @@ TEST_F(CalibrateCameraTest, PrintsAStripWithItsBarsInPlace) {
     EXPECT_NE(strip("").err.find("exists and is not overwritten"), std::string::npos);
     EXPECT_NE(strip("--bar-least 9mm").err.find("must be at most --bar-most"), std::string::npos);
     EXPECT_NE(strip("--strip-length 30mm").err.find("tracking needs 8"), std::string::npos);
-    EXPECT_NE(strip("--hold 3s").err.find("--hold is for a sensor"), std::string::npos);
+    EXPECT_NE(strip("--hold 3s").err.find("--hold is for another device"), std::string::npos);
     const std::string draw = "cd '" + folder.string() +
                              "' && gs -q -dNOPAUSE -dBATCH -sDEVICE=pgmraw -r2540 -sOutputFile=strip.pgm "
                              "strip.pdf";
@@ -154,7 +154,7 @@ TEST_F(CalibrateCameraTest, RefusesOptionsThatDoNotFit) {
     expect_refused("--square 5mm --print b.pdf", "--marker 7 mm: must be less than --square, 5 mm");
     expect_refused("--camera front", "--camera front: no such camera; the rig has top, side");
     const Outcome o = test::shakerd("calibrate accelerometer --g 9.8m/s^2 --square 5mm", folder);
-    EXPECT_NE(o.err.find("--square is for a camera"), std::string::npos) << o.err;
+    EXPECT_NE(o.err.find("--square is for another device"), std::string::npos) << o.err;
 }
 
 // A bench whose scale, lens and tilt differ from its settings is calibrated with a board, and then finds the

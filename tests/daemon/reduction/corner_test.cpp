@@ -19,7 +19,7 @@ Measurement ac_coupled(const SyntheticRun& run, const LowerCorner& told) {
     Measurement m = make_measurement(run);
     m.accelerometer.gravity = false;
     m.accelerometer.axes = 1;
-    m.accelerometer.corner = told;
+    m.accelerometer.response.lower = told;
     for (auto& a : m.accelerometer.a_mps2) a[1] = a[2] = 0;
     m.accelerometer.shaker_axis = {1, 0, 0};
     return m;

@@ -7,7 +7,7 @@
 
 #include "daemon/reduction/measurement.hpp"
 #include "drivers/drive.hpp"
-#include "drivers/response/lower_corner.hpp"
+#include "drivers/response/sensor_response.hpp"
 #include "drivers/walker/friction.hpp"
 
 namespace shaker {
