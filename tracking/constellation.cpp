@@ -33,6 +33,10 @@ Constellation::Constellation(std::span<const Point> places, std::size_t targets,
     }
 }
 
+double Constellation::doubt_px() const noexcept {
+    return doubts_ ? 0.5 * std::ranges::min(members_, {}, &Member::neighbour).neighbour : 0;
+}
+
 // Largest distance from a member's place, px.
 double Constellation::off_place(const Member& m) noexcept { return std::max(2.5, 0.06 * m.neighbour); }
 

@@ -21,8 +21,9 @@ public:
     Constellation(std::span<const Point> places, std::size_t targets, double radius);
     /// Index of the candidate of each target, or `nobody`. frames: number of frames since the last call.
     std::span<const int> assign(std::span<const Candidate> candidates, int width, int height, double frames);
-    /// The names were settled after a long gap only because a move is less likely than none.
-    [[nodiscard]] bool doubts() const noexcept { return doubts_; }
+    /// Standard error of the places while the names were settled, after a long gap, only because a move is
+    /// less likely than none: half of the least distance of two members, px; else 0.
+    [[nodiscard]] double doubt_px() const noexcept;
     /// Predicted places of all members, targets first; NaN: a companion that has gone. Empty when a member
     /// was not seen in the last frame.
     std::span<const Point> expected(double frames);

@@ -23,8 +23,8 @@ public:
     /// Takes a place that was found `pictures` after the one before. Returns the slip that is now known, px,
     /// 0 if there was none; nothing while there is no doubt, or while it stays.
     std::optional<double> take(double place, double pictures);
-    /// The newest place may be wrong by whole pitches.
-    [[nodiscard]] bool doubts() const noexcept { return doubts_; }
+    /// Standard error of the newest place while it may be wrong by whole pitches: half a pitch, px; else 0.
+    [[nodiscard]] double doubt_px() const noexcept { return doubts_ ? 0.5 * pitch_ : 0; }
 
 private:
     /// Range of places.

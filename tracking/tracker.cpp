@@ -46,6 +46,12 @@ struct Group {
     std::vector<std::size_t> targets;
     Constellation constellation;
     std::vector<std::unique_ptr<Locator>> companions;  // of the unnamed members; empty: it cannot be learned
+    /// Degrades a member that may bear another one's name.
+    void doubt(Candidate& found) const {
+        const double doubt = constellation.doubt_px();
+        found.degraded = found.degraded || doubt > 0;
+        found.sd = std::hypot(found.sd, doubt);
+    }
 };
 
 }  // namespace
@@ -100,8 +106,9 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
         slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen);
         t.unseen = 0;
     }
-    if (found.degraded || t.slips.doubts() || slip.value_or(0) != 0)
-        fixes[k] = {found.at.x, found.at.y, found.sd, TrackState::degraded};
+    const double doubt = std::hypot(t.slips.doubt_px(), slip.value_or(0));
+    if (found.degraded || doubt > 0)
+        fixes[k] = {found.at.x, found.at.y, std::hypot(found.sd, doubt), TrackState::degraded};
     else
         fixes[k] = {found.at.x, found.at.y, found.sd, t.seen ? TrackState::ok : TrackState::reacquired};
     if (slip) t.at = t.at - *slip * axis;  // the next picture is searched at the true place
@@ -254,7 +261,7 @@ bool ViewTracker::Impl::follow_near(const ImageView& image, Group& group, double
     }
     if (expected.empty() || !group.constellation.confirm(candidates, frames)) return false;
     for (std::size_t i = 0; i < group.targets.size(); ++i) {
-        candidates[i].degraded = group.constellation.doubts();
+        group.doubt(candidates[i]);
         report(image, group.targets[i], candidates[i], frames);
     }
     return true;
@@ -276,7 +283,7 @@ void ViewTracker::Impl::follow_group(const ImageView& image, Group& group, doubl
         const Point place = candidates[static_cast<std::size_t>(chosen[i])].at;
         Locator& locator = *targets[k].locator;
         if (locator.locate(image, place, found) && length(found.at - place) < 0.5 * locator.extent()) {
-            found.degraded = found.degraded || group.constellation.doubts();
+            group.doubt(found);
             report(image, k, found, frames);
         } else {
             lose(k, frames);

@@ -25,20 +25,28 @@ std::span<const T> within(const std::vector<T>& list, const ReadPart& part, Time
     return {begin, end};
 }
 
-// Counts losses from from_s to to_s only. The reduction cuts the positions to that part.
+bool doubtful(const tracking::Track& t) { return t.fix.state == tracking::TrackState::degraded; }
+
+// Counts losses and doubtful places from from_s to to_s only. The reduction cuts the positions to that part.
 reduction::MotionSeries series_of(const TargetTrack& t, const ReadPart& read, double from_s, double to_s) {
     reduction::MotionSeries s;
     s.view = t.camera;
     const auto tracks = within(t.tracks, read, [](const tracking::Track& k) { return seconds(k.time); });
+    const auto places = std::ranges::count_if(
+        tracks, [](const tracking::Track& k) { return found(k.fix.state) && std::isfinite(k.x_m); });
+    s.with_doubtful = 2 * std::ranges::count_if(tracks, doubtful) > places;
     for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(tracks.size());
     for (const tracking::Track& k : tracks) {
         s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!std::isfinite(seconds(k.time))) continue;
+        const bool counts = seconds(k.time) >= from_s && seconds(k.time) <= to_s;
         if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
-            if (seconds(k.time) >= from_s && seconds(k.time) <= to_s) ++s.lost;
+            s.lost += counts;
             continue;
         }
+        s.doubtful += counts && doubtful(k);
+        if (doubtful(k) && !s.with_doubtful) continue;
         s.t_s.push_back(seconds(k.time));
         s.x_m.push_back(k.x_m);
         s.sd_m.push_back(k.sd_m);

@@ -19,6 +19,8 @@ struct MotionSeries {
     double exposure_s = 0;
     double scale_error = 0;  // relative standard error of the view's scale, systematic; 0: not known
     int lost = 0;
+    int doubtful = 0;            // degraded places (tracking::TrackState)
+    bool with_doubtful = false;  // they are in the list, since fewer than half of the places are undoubted
     double stream_from_s = 1e300,
            stream_to_s = -1e300;  // span of the view's frames, lost ones included; default: unknown
 };

@@ -102,6 +102,24 @@ void note_lost(int lost_bases, Reduction& out) {
     }
 }
 
+/// A note for each view of a body in which places are in doubt. They are left out, or most are in doubt and
+/// the result is degraded.
+void note_doubtful(const char* body, const std::vector<MotionSeries>& views, Reduction& out) {
+    for (const MotionSeries& v : views) {
+        if (v.doubtful == 0) continue;
+        const auto all = static_cast<std::size_t>(v.doubtful) * (v.with_doubtful ? 0 : 1) + v.t_s.size();
+        out.notes.push_back(fmt::format(
+            "camera \"{}\": the place of the {} is in doubt in {} of {} frames (partly hidden, clipped, "
+            "blurred, or "
+            "marks that may have been mistaken for their neighbours); {}; check light, focus, and what hides "
+            "it",
+            v.view, body, v.doubtful, all,
+            v.with_doubtful ? std::string{"all count with wide errors: "} + std::string{degraded_note}
+                            : "these are excluded"));
+        out.degraded = out.degraded || v.with_doubtful;
+    }
+}
+
 calibration::Estimate ratio(double value, const calibration::Estimate& over,
                             const calibration::Estimate& under) {
     const double by_top = over.sigma / under.value, by_bottom = value * under.sigma / under.value;
@@ -240,12 +258,15 @@ Reduction reduce(Measurement measurement) {
     Measurement m = usable_part(std::move(measurement));
     for (const MotionSeries& w : m.walkers) out.frames += static_cast<int>(w.t_s.size());
     note_lost(lost_bases, out);
+    note_doubtful("walker", m.walkers, out);
+    note_doubtful("base", m.bases, out);
+    for (const MotionSeries& w : m.walkers) out.frames_doubtful += w.doubtful;
     BadSamples bad;
     Alignment drive = align_without_bad_samples(m, bad, out.notes);
     out.corner = take_off(m.accelerometer.response, exposure_of(m.bases), drive);
     out.samples = static_cast<int>(bad.tested);
     out.samples_bad = static_cast<int>(bad.count());
-    out.degraded = bad.degrade();
+    out.degraded = out.degraded || bad.degrade();
     const double f = drive.frequency.value;
     out.frequency = drive.frequency;
     out.accelerometer_late_s = drive.late_s;

@@ -85,6 +85,7 @@ struct Reduction {
     double t0_s = 0;                         // master time of the first start of a period
     int frames = 0;                          // walker positions used, all views
     int frames_lost = 0;
+    int frames_doubtful = 0;  // in which the walker's place was in doubt
     std::vector<StickInterval> stick;
     /// In units of the period, 0..1; of those that were not found (stick.hpp).
     double shortest_visible_stick = NAN;

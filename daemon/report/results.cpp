@@ -118,6 +118,7 @@ std::string results_text(const reduction::Reduction& r) {
     s += line("position residual", {r.fit_residual_x_m.value, NAN}, 1e6, "um rms");
     s += fmt::format("  {:<22}{:>24}\n", "frames used / lost",
                      fmt::format("{} / {}", r.frames, r.frames_lost));
+    if (r.frames_doubtful > 0) s += fmt::format("  {:<22}{:>24}\n", "frames in doubt", r.frames_doubtful);
     if (r.stick.empty())
         s += fmt::format("  {:<22}{:>24}\n", "sticks", no_stick_text(r.shortest_visible_stick));
     for (const reduction::StickInterval& k : r.stick)
@@ -183,6 +184,7 @@ std::string results_json(const reduction::Reduction& r, const std::map<std::stri
     j["position_residual_m"] = r.fit_residual_x_m.value;
     j["frames"] = r.frames;
     j["frames_lost"] = r.frames_lost;
+    j["frames_doubtful"] = r.frames_doubtful;
     j["samples"] = r.samples;
     j["samples_bad"] = r.samples_bad;
     j["degraded"] = r.degraded;

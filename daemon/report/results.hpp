@@ -15,7 +15,8 @@ namespace shaker::report {
 std::string results_text(const reduction::Reduction& reduction);
 
 /// One JSON object, SI units in the key names: v_D_mps, v_D_se_mps, D_m, D_se_m, frequency_hz, gamma_mps2,
-/// rho, phi_rad, efficiency, harmonics, accelerometer_late_s, accelerometer_ppm, frames, frames_lost, stick,
+/// rho, phi_rad, efficiency, harmonics, accelerometer_late_s, accelerometer_ppm, frames, frames_lost,
+/// frames_doubtful, stick,
 /// ... A value that could not be determined is null. `more`: further numbers by key; `devices`: counts of
 /// each device; `trips`: the causes if limits stopped the run.
 std::string results_json(const reduction::Reduction& reduction,

@@ -86,7 +86,11 @@ void WalkerMonitor::add(const acquisition::Streams& streams, double now_s, doubl
     seen_ = std::max(seen_, walker->dropped);
     for (; seen_ < walker->dropped + walker->tracks.size(); ++seen_) {
         const tracking::Track& t = walker->tracks[seen_ - walker->dropped];
-        lost_ = found(t.fix.state) ? 0 : lost_ + 1;
+        const bool doubtful = t.fix.state == tracking::TrackState::degraded;
+        const double doubt_mm = doubtful ? 2e3 * t.sd_m : 0;
+        const bool shown = found(t.fix.state) && (!doubtful || camera == nullptr || camera->width == 0 ||
+                                                  doubt_mm < edge_distance_mm(t, walker->target, *camera));
+        lost_ = shown ? 0 : lost_ + 1;
         if (!std::isfinite(seconds(t.time))) continue;
         until_s_ = std::max(until_s_, seconds(t.time));
         if (!found(t.fix.state)) continue;
@@ -94,8 +98,9 @@ void WalkerMonitor::add(const acquisition::Streams& streams, double now_s, doubl
         found_age_s_ = 0;
         x_m_ = t.x_m;
         if (camera != nullptr && camera->width > 0) {
-            edge_mm_ = edge_distance_mm(t, walker->target, *camera);
-            edges_.push_back({seconds(t.time), *edge_mm_, t.x_m});
+            const double edge_mm = edge_distance_mm(t, walker->target, *camera);
+            edge_mm_ = edge_mm - doubt_mm;
+            edges_.push_back({seconds(t.time), edge_mm, t.x_m});
             half_mm_ = 0.5 * extent_mm(walker->target);
             while (edges_.front().at_s <= edges_.back().at_s - 1 / frequency_) edges_.pop_front();
             ends_m_ = picture_ends_m(t, walker->target, *camera);

@@ -46,8 +46,8 @@ public:
     [[nodiscard]] double until_s() const noexcept { return until_s_; }
     /// Newest position, m; empty before the walker was found, and when it is not seen any more.
     [[nodiscard]] std::optional<double> x_m() const noexcept { return x_m_; }
-    /// Smaller distance of the walker's outline from the two ends of the picture along the shaker's axis, mm;
-    /// empty as x_m().
+    /// Smaller distance of the walker's outline from the two ends of the picture along the shaker's axis, mm,
+    /// less two standard errors of a doubtful place; empty as x_m().
     [[nodiscard]] std::optional<double> edge_mm() const noexcept { return edge_mm_; }
     /// The same, mean over the last period of the drive: without the walker's oscillation.
     [[nodiscard]] std::optional<double> mean_edge_mm() const noexcept;
@@ -64,7 +64,8 @@ public:
     /// x on the walker's line at the picture's left and right end, m (upper and lower end when the shaker's
     /// axis runs along the picture's height); NaN before the walker was found.
     [[nodiscard]] std::array<double, 2> ends_m() const noexcept { return ends_m_; }
-    /// Consecutive frames without the walker.
+    /// Consecutive frames without the walker, or in which its place is in doubt by more than the distance
+    /// from the end of the picture.
     [[nodiscard]] int lost() const noexcept { return lost_; }
     /// Processed tracks.
     [[nodiscard]] std::size_t seen() const noexcept { return seen_; }

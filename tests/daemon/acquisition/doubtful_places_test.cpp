@@ -1,0 +1,76 @@
+// A place that the tracker doubts reaches no result with full weight, whatever it says of its error.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/recording/long_run.hpp"
+
+namespace shaker::acquisition {
+namespace {
+
+using reduction::Reduction;
+using tracking::TrackState;
+
+constexpr double everything = 1e300;
+
+/// Every n-th place of the walker, from the first on: off by `off_m`, told to be in doubt, with its old
+/// error.
+Streams doubted(const test::LongStreams& run, int n, double off_m, double sd_m = 0) {
+    Streams streams = run.streams;
+    for (TargetTrack& t : streams.tracks) {
+        if (t.target.name != "walker") continue;
+        for (std::size_t i = 0; i < t.tracks.size(); i += static_cast<std::size_t>(n)) {
+            tracking::Track& place = t.tracks[i];
+            if (!found(place.fix.state)) continue;
+            place.fix.state = TrackState::degraded;
+            place.x_m += off_m;
+            place.sd_m = std::hypot(place.sd_m, sd_m);
+        }
+    }
+    return streams;
+}
+
+Reduction reduced(const test::LongStreams& run, const Streams& streams) {
+    return reduce(measurement_of(streams, run.header.frequency_hz, -everything, everything));
+}
+
+bool notes(const Reduction& r, const char* words) {
+    return std::ranges::any_of(
+        r.notes, [&](const std::string& note) { return note.find(words) != std::string::npos; });
+}
+
+TEST(DoubtfulPlacesTest, FewAreLeftOutAndTold) {
+    const test::LongStreams run = test::make_long_streams({.seconds = 10, .lost = 0});
+    const Reduction plain = reduced(run, run.streams), r = reduced(run, doubted(run, 11, 1e-3));
+    EXPECT_NEAR(r.v_D.value, run.v_D, 4 * r.v_D.sigma);
+    EXPECT_LT(r.v_D.sigma, 1.3 * plain.v_D.sigma);
+    ASSERT_EQ(r.cycle.v_mps.size(), plain.cycle.v_mps.size());
+    for (std::size_t i = 0; i < r.cycle.v_mps.size(); ++i)
+        EXPECT_NEAR(r.cycle.v_mps[i], plain.cycle.v_mps[i],
+                    5 * std::hypot(r.cycle.v_sd_mps[i], plain.cycle.v_sd_mps[i]));
+    EXPECT_NEAR(r.frames_doubtful, (plain.frames + 10) / 11.0, 3);
+    EXPECT_TRUE(notes(r, "the place of the walker is in doubt in")) << r.notes.size();
+    EXPECT_TRUE(notes(r, "these are excluded"));
+    EXPECT_FALSE(r.degraded);
+    EXPECT_EQ(plain.frames_doubtful, 0);
+}
+
+// With errors that cover the doubt, as a tracker states them for marks that may have slipped.
+TEST(DoubtfulPlacesTest, MostOfThemCountAndDegradeTheResult) {
+    const test::LongStreams run = test::make_long_streams({.seconds = 10, .lost = 0});
+    const Reduction r = reduced(run, doubted(run, 1, 1e-3, 0.7e-3));
+    EXPECT_EQ(r.frames_doubtful, r.frames);
+    EXPECT_NEAR(r.v_D.value, run.v_D, 4 * r.v_D.sigma);
+    EXPECT_TRUE(r.degraded);
+    EXPECT_TRUE(notes(r, "the result is degraded"));
+}
+
+TEST(DoubtfulPlacesTest, WithoutDoubtNothingChanges) {
+    const test::LongStreams run = test::make_long_streams({.seconds = 10});
+    const Reduction r = reduced(run, run.streams);
+    EXPECT_EQ(r.frames_doubtful, 0);
+    EXPECT_FALSE(notes(r, "in doubt"));
+}
+
+}  // namespace
+}  // namespace shaker::acquisition
