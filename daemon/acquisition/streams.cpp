@@ -32,20 +32,24 @@ reduction::MotionSeries series_of(const TargetTrack& t, const ReadPart& read, do
     reduction::MotionSeries s;
     s.view = t.camera;
     const auto tracks = within(t.tracks, read, [](const tracking::Track& k) { return seconds(k.time); });
-    const auto places = std::ranges::count_if(
-        tracks, [](const tracking::Track& k) { return found(k.fix.state) && std::isfinite(k.x_m); });
-    s.with_doubtful = 2 * std::ranges::count_if(tracks, doubtful) > places;
+    const auto counts = [&](const tracking::Track& k) {
+        return seconds(k.time) >= from_s && seconds(k.time) <= to_s;
+    };
+    int places = 0;
+    for (const tracking::Track& k : tracks) {
+        if (!counts(k)) continue;
+        const bool shown = found(k.fix.state) && std::isfinite(k.x_m);
+        s.lost += !shown;
+        places += shown;
+        s.doubtful += shown && doubtful(k);
+    }
+    s.with_doubtful = 2 * s.doubtful > places;
     for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(tracks.size());
     for (const tracking::Track& k : tracks) {
         s.stream_from_s = std::min(s.stream_from_s, seconds(k.time));
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!std::isfinite(seconds(k.time))) continue;
-        const bool counts = seconds(k.time) >= from_s && seconds(k.time) <= to_s;
-        if (!found(k.fix.state) || !std::isfinite(k.x_m)) {
-            s.lost += counts;
-            continue;
-        }
-        s.doubtful += counts && doubtful(k);
+        if (!found(k.fix.state) || !std::isfinite(k.x_m)) continue;
         if (doubtful(k) && !s.with_doubtful) continue;
         s.t_s.push_back(seconds(k.time));
         s.x_m.push_back(k.x_m);
