@@ -133,7 +133,7 @@ std::array<double, 3> read_shaker_axis(SettingsTable& table, std::size_t axes) {
 
 SensorResponse read_response(SettingsTable& table, bool gravity) {
     constexpr Range damping{0.3, 2};
-    if (table.has("high_pass_hz") && gravity)
+    if (gravity && table.has("high_pass_hz") && table.number("high_pass_hz", {0, 100}) > 0)
         table.fail("high_pass_hz",
                    "a sensor whose reading has gravity is coupled down to DC (gravity = true)");
     SensorResponse out;

@@ -29,7 +29,7 @@ std::string response_text(const std::string& date, const std::string& sensor, co
     std::string text = "# Response of an accelerometer. Written by shakerd.\n";
     for (const std::string& finding : findings) text += "# " + finding + "\n";
     text += "date = " + toml_string(date) + "\nsensor = " + toml_string(sensor) + "\n";
-    if (!fit.response.lower.none()) text += keys("high_pass", fit.response.lower);
+    text += keys("high_pass", fit.response.lower);
     if (const LowPass& pass = fit.response.upper; !pass.none())
         text += keys("low_pass", pass);
     else if (pass.above_hz > 0)

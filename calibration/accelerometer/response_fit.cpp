@@ -134,15 +134,15 @@ std::vector<ResponseModel> response_models(int runs, bool gravity) {
 }
 
 /// The low-pass of two poles whose chi^2 exceeds that of `found`, which has none, by `likely`.
-double least_low_pass(std::span<const ResponseLine> lines, const ResponseModel& without,
-                      const Solved& found) {
+double least_low_pass(std::span<const ResponseLine> lines, const ResponseModel& without, const Solved& found,
+                      double scale) {
     ResponseModel with = without;
     with.upper = true;
     Eigen::VectorXd x(with.unknowns());
     x << found.x, 0;
     const auto excess = [&](double hz) {
         x(with.upper_at()) = 1 / hz;
-        return solved(lines, with, x, with.unknowns() - 1).chi2 - found.chi2;
+        return solved(lines, with, x, with.unknowns() - 1).chi2 / scale - found.chi2 / scale;
     };
     double low = 10, high = 1e6;
     if (!(excess(low) > likely)) return low;
@@ -190,6 +190,7 @@ std::string poles_at(const Part& part) {
 
 std::string words(const LowerCorner& corner) {
     if (corner.hz != 0) return "lower corner of " + poles_at(corner);
+    if (std::isinf(corner.error_hz)) return "a lower corner that is not known";
     return corner.error_hz > 0 ? fmt::format("no lower corner (+- {:.2g} Hz)", corner.error_hz)
                                : "no lower corner";
 }
@@ -213,24 +214,27 @@ FittedResponse fit_response(std::span<const ResponseLine> lines, bool gravity) {
     }
     require_lines(lines, runs);
     FittedResponse out;
-    std::optional<std::pair<ResponseModel, Solved>> best;
-    double least = 0;
-    std::vector<double> evidence;
+    std::vector<std::pair<ResponseModel, Solved>> all;
+    double scale = INFINITY;  // of chi^2, where no model describes the lines
     for (const ResponseModel& model : response_models(runs, gravity)) {
-        if (model.unknowns() >= 2 * std::ssize(lines)) continue;
+        const Eigen::Index freedom = 2 * std::ssize(lines) - model.unknowns();
+        if (freedom <= 0) continue;
         Solved found = best_response(lines, model);
         if (model.upper && 1 / found.x(model.upper_at()) > unseen * highest) continue;
-        const double bic = found.chi2 + static_cast<double>(model.unknowns()) *
-                                            std::log(2.0 * static_cast<double>(lines.size()));
+        scale = std::min(scale, found.chi2 / static_cast<double>(freedom));
         out.tried.push_back({model.at(found.x), found.chi2, static_cast<int>(model.unknowns())});
-        evidence.push_back(bic);
-        if (best && bic >= least) continue;
-        least = bic;
-        best = {model, std::move(found)};
+        all.emplace_back(model, std::move(found));
     }
-    if (!best)
+    if (all.empty())
         throw InputError{fmt::format("{} lines of {} runs: too few for a gain and a delay of each run",
                                      lines.size(), runs)};
+    scale = std::max(scale, 1.0);
+    std::vector<double> evidence;
+    for (const auto& [model, found] : all)
+        evidence.push_back(found.chi2 / scale + static_cast<double>(model.unknowns()) *
+                                                    std::log(2.0 * static_cast<double>(lines.size())));
+    const auto best = all.begin() + (std::ranges::min_element(evidence) - evidence.begin());
+    const double least = std::ranges::min(evidence);
     double sum = 0;
     for (std::size_t i = 0; i < evidence.size(); ++i)
         sum += out.tried[i].share = std::exp((least - evidence[i]) / 2);
@@ -248,16 +252,21 @@ FittedResponse fit_response(std::span<const ResponseLine> lines, bool gravity) {
         pass.error_hz = std::hypot(error(model.upper_at()) * pass.hz * pass.hz,
                                    by_models(&SensorResponse::upper, out, lowest));
     else
-        pass.above_hz = least_low_pass(lines, model, found);
+        pass.above_hz = least_low_pass(lines, model, found, scale);
     if (!gravity)
         out.response.lower.error_hz = std::hypot(model.lower ? error(model.lower_at()) : 0,
                                                  by_models(&SensorResponse::lower, out, lowest));
+    if (!std::isfinite(out.response.lower.error_hz) || !std::isfinite(out.response.upper.error_hz))
+        throw InputError{
+            fmt::format("{} lines of {} runs do not determine the response", lines.size(), runs)};
     const Eigen::VectorXd r = off_response(lines, model, found.x, nullptr);
     for (std::size_t i = 0; i < lines.size(); ++i) {
         ResponseLine rest = lines[i];
         const auto k = static_cast<Eigen::Index>(i);
-        rest.log_gain.value = r(k) * std::hypot(rest.log_gain.sigma, bias_of_gain);
-        rest.lead_rad.value = r(std::ssize(lines) + k) * std::hypot(rest.lead_rad.sigma, bias_of_phase);
+        rest.log_gain.sigma = std::hypot(rest.log_gain.sigma, bias_of_gain);
+        rest.lead_rad.sigma = std::hypot(rest.lead_rad.sigma, bias_of_phase);
+        rest.log_gain.value = r(k) * rest.log_gain.sigma;
+        rest.lead_rad.value = r(std::ssize(lines) + k) * rest.lead_rad.sigma;
         out.rest.push_back(rest);
     }
     return out;

@@ -174,6 +174,11 @@ Bench open_file(const std::filesystem::path& file) {
     if (root.tables("camera").empty())
         root.fail("camera", "expected at least one [[camera]] that sees the base");
     const SensorFiles by = named_sensor_files(root);
+    if (SettingsTable sensor = root.table("accelerometer"); !by.response.empty())
+        for (const char* pass : {"high_pass_", "low_pass_"})
+            for (const char* part : {"hz", "error_hz", "order", "damping", "above_hz"})
+                if (const std::string key = std::string{pass} + part; sensor.has(key))
+                    sensor.fail(key, "the file that `response` names has it; leave out one of both");
     const auto cameras = named_cameras(root.tables("camera"));
     hardware::HardwareRig bench = hardware::open_hardware_rig(root);
     open.rig = std::move(bench.rig);

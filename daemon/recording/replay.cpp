@@ -135,7 +135,7 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
     const MeasuredPart part = read_reduced_part(file);
     ReplayOverrides s{file.header(), part.from_s, part.to_s, false};
     const std::map<std::string, Setting> all = settings_of(s);
-    bool corner_told = false;
+    bool corner_told = false, low_pass_told = false, error_told = false;
     for (const std::string& text : set) {
         const std::size_t equals = text.find('=');
         if (equals == std::string::npos) throw InputError{"--set " + text + ": expected key=value"};
@@ -152,12 +152,14 @@ ReplayOverrides replay_settings(const recorded::RecordingReader& file, const std
             parse_quantity("--set " + key, text.substr(equals + 1), Dimension::ratio, setting->second.range);
         s.changed = true;
         corner_told = corner_told || key.starts_with("accelerometer.high_pass");
+        low_pass_told = low_pass_told || key == "accelerometer.low_pass_hz";
+        error_told = error_told || key == "accelerometer.low_pass_error_hz";
     }
     if (LowerCorner& corner = s.header.accelerometer.response.lower; corner_told) {
         if (std::isinf(corner.error_hz)) corner.error_hz = LowerCorner::of_data_sheet * corner.hz;
         corner.poles = std::max(corner.poles, 1);
     }
-    if (LowPass& pass = s.header.accelerometer.response.upper; pass.error_hz == 0)
+    if (LowPass& pass = s.header.accelerometer.response.upper; low_pass_told && !error_told)
         pass.error_hz = LowerCorner::of_data_sheet * pass.hz;
     return s;
 }

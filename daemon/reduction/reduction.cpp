@@ -102,22 +102,26 @@ void note_lost(int lost_bases, Reduction& out) {
     }
 }
 
-/// A note for each view of a body in which places are in doubt. They are left out, or most are in doubt and
-/// the result is degraded.
-void note_doubtful(const char* body, const std::vector<MotionSeries>& views, Reduction& out) {
+/// Leaves out views of a body in which most places are in doubt, where another view shows it; a note for each
+/// view with such places. Where all views are in doubt, the result is degraded.
+void judge_doubtful(const char* body, std::vector<MotionSeries>& views, Reduction& out) {
+    const bool other = std::ranges::any_of(
+        views, [](const MotionSeries& v) { return !v.with_doubtful && v.t_s.size() > 1; });
     for (const MotionSeries& v : views) {
         if (v.doubtful == 0) continue;
-        const auto all = static_cast<std::size_t>(v.doubtful) * (v.with_doubtful ? 0 : 1) + v.t_s.size();
+        const std::string effect = !v.with_doubtful ? "these are excluded"
+                                   : other          ? "this view is left out"
+                                                    : fmt::format("all count: {}", degraded_note);
         out.notes.push_back(fmt::format(
-            "camera \"{}\": the place of the {} is in doubt in {} of {} frames (partly hidden, clipped, "
-            "blurred, or "
-            "marks that may have been mistaken for their neighbours); {}; check light, focus, and what hides "
+            "camera \"{}\": the place of the {} is in doubt in {} frames (partly hidden, clipped, blurred, "
+            "or marks "
+            "that may have been mistaken for their neighbours), {}; {}; check light, focus, and what hides "
             "it",
-            v.view, body, v.doubtful, all,
-            v.with_doubtful ? std::string{"all count with wide errors: "} + std::string{degraded_note}
-                            : "these are excluded"));
-        out.degraded = out.degraded || v.with_doubtful;
+            v.view, body, v.doubtful,
+            v.with_doubtful ? "most of them" : fmt::format("not in {} others", v.t_s.size()), effect));
+        out.degraded = out.degraded || (v.with_doubtful && !other);
     }
+    if (other) std::erase_if(views, [](const MotionSeries& v) { return v.with_doubtful; });
 }
 
 calibration::Estimate ratio(double value, const calibration::Estimate& over,
@@ -253,14 +257,14 @@ std::vector<calibration::ResponseLine> response_lines(Measurement measurement) {
 
 Reduction reduce(Measurement measurement) {
     Reduction out;
+    for (const MotionSeries& w : measurement.walkers) out.frames_doubtful += w.doubtful;
+    judge_doubtful("walker", measurement.walkers, out);
+    judge_doubtful("base", measurement.bases, out);
     out.frames_lost = lost_in(measurement.walkers);
     const int lost_bases = lost_in(measurement.bases);
     Measurement m = usable_part(std::move(measurement));
     for (const MotionSeries& w : m.walkers) out.frames += static_cast<int>(w.t_s.size());
     note_lost(lost_bases, out);
-    note_doubtful("walker", m.walkers, out);
-    note_doubtful("base", m.bases, out);
-    for (const MotionSeries& w : m.walkers) out.frames_doubtful += w.doubtful;
     BadSamples bad;
     Alignment drive = align_without_bad_samples(m, bad, out.notes);
     out.corner = take_off(m.accelerometer.response, exposure_of(m.bases), drive);

@@ -11,6 +11,7 @@
 #include "daemon/recording/time_text.hpp"
 #include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
+#include "drivers/settings_table.hpp"
 #include "drivers/synthesiser.hpp"
 
 namespace shaker::run {
@@ -52,6 +53,16 @@ bool gain_shown(const Rig& rig) {
            });
 }
 
+namespace {
+
+/// By this sensor on this bench, not by a certificate.
+bool measured(const SensorResponse& response) {
+    return !response.file.empty() &&
+           !SettingsTable::from_text(response.file, "response").text("sensor").empty();
+}
+
+}  // namespace
+
 void require_seen(const bench::Bench& bench, const Drive& drive) {
     const AccelerometerInfo sensor = bench.rig.accelerometer->info();
     const double rate_hz = sensor.rate_hz;
@@ -64,7 +75,7 @@ void require_seen(const bench::Bench& bench, const Drive& drive) {
             drive.frequency, rate_hz / drive.frequency, needed, control::controlled_harmonics, rate_hz,
             std::floor(10 * rate_hz / needed) / 10)};
     constexpr double most_moved = 0.1;
-    if (!sensor.response.file.empty()) return;
+    if (measured(sensor.response)) return;
     const Harmonics<Acceleration> motion = harmonics(drive);
     for (int q = 1; q <= motion.order(); ++q) {
         const double f = q * drive.frequency, moved = std::abs(sensor.response.at(f)) - 1;

@@ -181,18 +181,23 @@ namespace {
 
 SensorResponse read_response(hid_t entry, const std::string& path) {
     SensorResponse out;
-    const auto part = [&](const std::string& pass, auto& p) {
-        if (!h5::has_attribute(entry, path, pass + "_hz")) return;
-        p.hz = h5::read_attribute(entry, path, pass + "_hz");
-        p.error_hz = h5::read_attribute(entry, path, pass + "_error_hz");
-        p.poles = whole_attribute(entry, path, pass + "_order", 0, 2);
-        if (h5::has_attribute(entry, path, pass + "_damping"))
-            p.damping = h5::read_attribute(entry, path, pass + "_damping");
+    const auto number = [&](const std::string& name, double least, double most) {
+        const double x = h5::read_attribute(entry, path, name.c_str());
+        if (x >= least && x <= most) return x;
+        throw InputError{
+            fmt::format("recording: {}@{} is {}; {} to {} is allowed", path, name, x, least, most)};
     };
-    part("high_pass", out.lower);
-    part("low_pass", out.upper);
+    const auto part = [&](const std::string& pass, auto& p, int least_poles) {
+        if (!h5::has_attribute(entry, path, pass + "_hz")) return;
+        p.hz = number(pass + "_hz", 0, 1e6);
+        p.error_hz = number(pass + "_error_hz", 0, INFINITY);
+        p.poles = whole_attribute(entry, path, pass + "_order", least_poles, 2);
+        if (h5::has_attribute(entry, path, pass + "_damping")) p.damping = number(pass + "_damping", 0.3, 2);
+    };
+    part("high_pass", out.lower, 0);
+    part("low_pass", out.upper, 1);
     if (h5::has_attribute(entry, path, "low_pass_above_hz"))
-        out.upper.above_hz = h5::read_attribute(entry, path, "low_pass_above_hz");
+        out.upper.above_hz = number("low_pass_above_hz", 1, 1e6);
     if (h5::has_attribute(entry, path, "response"))
         out.file = h5::read_attribute_text(entry, path, "response");
     return out;

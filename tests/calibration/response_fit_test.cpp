@@ -40,7 +40,7 @@ TEST(ResponseFitTest, CornerAndPhiAreAsExactAsStated) {
     const auto uniform = [&](double a, double b) { return std::uniform_real_distribution{a, b}(random); };
     constexpr int n = 200;
     int corners = 0, phis = 0, kinds = 0;
-    double worst = 0;
+    double worst = 0, z2 = 0;
     for (int i = 0; i < n; ++i) {
         SensorResponse truth;
         truth.lower = {.hz = 0.1 * std::exp(uniform(0, std::log(30))), .poles = uniform(0, 1) < 0.6 ? 1 : 2};
@@ -59,9 +59,12 @@ TEST(ResponseFitTest, CornerAndPhiAreAsExactAsStated) {
                                         fit.response.upper.phi_error(20));
         phis += std::abs(off) < 2 * error;
         worst = std::max(worst, std::abs(off));
+        z2 += std::pow(off / error, 2) / n;
     }
     std::printf("kinds %d of %d, corners %d of %d, phi %d of %d, worst %.2f mrad\n", kinds, n, corners, kinds,
                 phis, n, 1e3 * worst);
+    EXPECT_LT(worst, 0.4e-3);
+    EXPECT_GT(z2, 0.3) << "errors are not much larger than needed";
     EXPECT_GE(kinds, 150);
     EXPECT_GE(corners, 0.954 * kinds - 2.5 * std::sqrt(0.954 * 0.046 * kinds));
     EXPECT_GE(phis, 0.954 * n - 2.5 * std::sqrt(0.954 * 0.046 * n));
@@ -90,6 +93,19 @@ TEST(ResponseFitTest, NoCornerIsStatedWithItsError) {
     EXPECT_LT(fit.response.lower.hz, 3 * fit.response.lower.error_hz + 1e-9);
     EXPECT_GT(fit.response.lower.error_hz, 0);
     EXPECT_LT(fit.response.lower.error_hz, 0.02);
+}
+
+// One run of another sensor: the kinds are no longer told apart as if its errors were noise.
+TEST(ResponseFitTest, LinesThatNoModelDescribesHaveWiderErrors) {
+    std::mt19937_64 random{6};
+    std::vector<ResponseLine> lines = lines_of({.lower = {.hz = 0.5}}, random);
+    const FittedResponse right = fit_response(lines, false);
+    for (ResponseLine& line : lines)
+        if (line.run == 1) line.lead_rad.value += 0.5 / line.hz;
+    const FittedResponse wrong = fit_response(lines, false);
+    EXPECT_LT(right.chi2, 2 * right.freedom);
+    EXPECT_GT(wrong.chi2, 10 * wrong.freedom);
+    EXPECT_GT(wrong.response.lower.error_hz, 3 * right.response.lower.error_hz);
 }
 
 TEST(ResponseFitTest, RefusesLinesAtOneFrequency) {

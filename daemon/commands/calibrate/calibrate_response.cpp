@@ -28,6 +28,7 @@ double turned_mrad(const SensorResponse& r) {
 std::vector<std::string> strangers(const ResponseSource& source, const FittedResponse& fit) {
     constexpr double improbable = 5;  // standard deviations of chi^2
     std::vector<std::string> named;
+    if (source.runs.size() < 2) return named;
     for (std::size_t run = 0; run < source.runs.size(); ++run) {
         double chi2 = 0, n = 0;
         for (const ResponseLine& line : fit.rest) {
@@ -110,8 +111,17 @@ void calibrate_response(const manual::Values& values) {
     const std::string output = values.text("--output"), date = recording::local_time_text();
     NewFile file{output.empty() ? "response-" + date.substr(0, 10) + ".toml" : output};
     ResponseSource source = response_source({from.begin(), from.end()});
+    if (values.has("--coupled-dc") && !source.sensor.empty())
+        throw InputError{"calibrate response: --coupled-dc is for a certificate; recordings contain it"};
     source.gravity = source.gravity || values.has("--coupled-dc");
     const FittedResponse fit = calibration::fit_response(source.lines, source.gravity);
+    constexpr double most_misfit = 10;
+    if (fit.chi2 > most_misfit * fit.freedom)
+        throw InputError{
+            fmt::format("calibrate response: no model describes the lines: chi2 is {:.3g} of {}; is a sign "
+                        "wrong, or is one "
+                        "run of another sensor? Nothing is written. Nearest: {}, {}",
+                        fit.chi2, fit.freedom, words(fit.response.lower), words(fit.response.upper))};
     file.append(calibration::response_text(date, source.sensor, fit, findings(source, fit)));
     if (values.has("--json")) {
         report::say(report::json_text(fit_json(fit, source, file.name())) + "\n");

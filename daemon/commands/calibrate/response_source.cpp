@@ -126,8 +126,13 @@ void append(const Json& answer, const std::filesystem::path& file, ResponseSourc
 
 ResponseSource response_source(const std::vector<std::filesystem::path>& from) {
     ResponseSource out;
-    for (const std::filesystem::path& file : files_of(from)) {
-        const auto read = file.extension() == ".csv" ? certificate : recorded_lines;
+    const std::vector<std::filesystem::path> files = files_of(from);
+    const auto is_certificate = [](const std::filesystem::path& file) { return file.extension() == ".csv"; };
+    if (const auto found = std::ranges::find_if(files, is_certificate);
+        files.size() > 1 && found != files.end())
+        throw InputError{found->string() + ": a certificate has a gain of its own; give it alone"};
+    for (const std::filesystem::path& file : files) {
+        const auto read = is_certificate(file) ? certificate : recorded_lines;
         const sandbox::Answer answer = sandbox::ask_confined(file.string(), sandbox::confinement_for(file),
                                                              [&] { return read(file).dump(); });
         if (answer.status != manual::exit_ok) throw InputError{file.string() + ": was not read"};

@@ -127,9 +127,9 @@ void weigh(std::vector<Kind>& kinds, const calibration::Estimate& log_rise, doub
     for (Kind& k : kinds) k.share /= sum;
 }
 
-/// The told corner weighed with the leads, by kind. either: it has one pole or two.
+/// The told corner weighed with the leads, by kind. poles: 0: one, two equal ones or Butterworth.
 std::vector<Kind> weighed(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told,
-                          bool either) {
+                          int poles) {
     if (leads.q.empty()) {
         Kind only{.corner = told};
         only.fit.by_leads = Matrix::Zero(2, 0);
@@ -137,16 +137,17 @@ std::vector<Kind> weighed(const Leads& leads, const Matrix& covariance, double f
         return {only};
     }
     std::vector<Kind> kinds{{.corner = told}};
-    if (either) {
-        for (const double damping : {1.0, 1 / std::numbers::sqrt2})
-            kinds.push_back(
-                {.corner = {.hz = told.hz, .error_hz = told.error_hz, .poles = 2, .damping = damping}});
-    }
+    const bool open = std::isinf(told.error_hz) && leads.both();
+    LowerCorner two = told;
+    two.poles = 2;
+    if (open && poles == 0) kinds.push_back({.corner = two});
+    two.damping = 1 / std::numbers::sqrt2;
+    if (open && poles != 1) kinds.push_back({.corner = two});
     for (Kind& k : kinds) {
         k.fit = fit(leads, covariance, f, k.corner);
         k.corner.hz = k.fit.at(0);
     }
-    if (either) weigh(kinds, leads.log_rise, f);
+    if (kinds.size() > 1) weigh(kinds, leads.log_rise, f);
     return kinds;
 }
 
@@ -173,12 +174,16 @@ Vector numbers_of(std::span<const std::complex<double>> a) {
     return out;
 }
 
+/// The error of the low-pass enters the amplitudes here, phi by phi_error().
 void divide(HarmonicFit& fit, const LowPass& pass) {
     if (pass.none()) return;
-    std::vector<std::complex<double>> factors;
+    std::vector<std::complex<double>> factors, lowered;
     for (int q = 1; q <= fit.order(); ++q) factors.push_back(1.0 / pass.at(q * fit.frequency_hz));
     const Matrix turned = multiply(fit, factors);
-    set_covariance(fit, turned * covariance_of(fit) * turned.transpose());
+    for (int q = 1; q <= fit.order(); ++q)
+        lowered.push_back(-fit.at(q) * pass.log_rate(q * fit.frequency_hz).real() * pass.error_hz);
+    const Vector lower = numbers_of(lowered);
+    set_covariance(fit, turned * covariance_of(fit) * turned.transpose() + lower * lower.transpose());
 }
 
 /// Divides the harmonics by the response of the corner. Their errors get those of the corner by the noise of
@@ -259,7 +264,7 @@ TakenOff take_off(const SensorResponse& told, double exposure_s, const HarmonicF
         by.hz = 0;
         by.error_hz = std::numeric_limits<double>::infinity();
     }
-    const std::vector<Kind> kinds = weighed(leads, covariance, f, by, told.lower.poles == 0 && leads.both());
+    const std::vector<Kind> kinds = weighed(leads, covariance, f, by, told.lower.poles);
     const Fit& first = kinds.front().fit;
     const Kind& likeliest = *std::ranges::max_element(kinds, {}, &Kind::share);
     out.hz = leads.q.empty() ? calibration::Estimate{by.hz, by.error_hz}

@@ -90,6 +90,11 @@ TEST_F(CalibrateResponseTest, ACertificateIsFittedAlike) {
     const json high = json::parse(fit.out).at("high_pass");
     EXPECT_NEAR(high.at("hz"), 0.5, 3 * high.at("error_hz").get<double>());
     EXPECT_EQ(high.at("order"), 1);
+    expect_refused("--from certificate.csv certificate.csv -o other.toml", "give it alone");
+    write("turned.csv",
+          "frequency_hz,gain,gain_error,phase_deg,phase_error_deg\n5,10,0.02,185,0.1\n10,10,0.02,175,0.1\n"
+          "20,10,0.02,182,0.1\n40,10,0.02,170,0.1\n80,10,0.02,188,0.1\n");
+    expect_refused("--from turned.csv -o other.toml", "no model describes the lines");
     write("certificate.csv", table + "200,-1,0.02,0,0.1\n");
     expect_refused("--from certificate.csv -o other.toml", "certificate.csv:9: gain is -1; must be above 0");
 }

@@ -191,5 +191,23 @@ TEST(CornerTest, AToldCornerFarFromTheTruthEndsAtTheTruth) {
     }
 }
 
+// A sensor with gravity and a low-pass of 150 Hz, which turns phi by 6.7 mrad.
+TEST(CornerTest, AToldLowPassIsTakenOff) {
+    std::mt19937_64 random{3};
+    SyntheticRun run = drawn(random, 3);
+    run.corner = {};
+    run.lowpass_hz = 150;
+    Measurement m = make_measurement(run);
+    const Reduction without = reduce(m);
+    EXPECT_TRUE(without.corner.alarm);
+    m.accelerometer.response.upper = {.hz = 150, .error_hz = 3};
+    const Reduction with = reduce(m);
+    EXPECT_FALSE(with.corner.alarm);
+    EXPECT_NEAR(without.phi.value - with.phi.value, phi_turned(LowPass{.hz = 150}, 20), 1e-6);
+    EXPECT_NEAR(with.phi.value, run.drive.phi, 4 * std::hypot(with.phi.sigma, with.systematic.phi));
+    EXPECT_NEAR(with.systematic.phi, 3 * 6.7e-3 * 3 / 150, 1e-4);
+    EXPECT_GT(with.gamma.value, without.gamma.value);
+}
+
 }  // namespace
 }  // namespace shaker::reduction
