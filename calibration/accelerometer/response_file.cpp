@@ -53,7 +53,7 @@ std::unique_ptr<Accelerometer> with_response(std::unique_ptr<Accelerometer> devi
     if (!info.response.upper.none() ||
         !(info.response.lower.none() || std::isinf(info.response.lower.error_hz)))
         throw InputError{name +
-                         ": the settings of the accelerometer tell high_pass_hz or low_pass_hz, too; "
+                         ": high_pass_hz or low_pass_hz is set for the accelerometer as well; "
                          "leave them out, or this file"};
     SettingsTable table = SettingsTable::from_text(text, name);
     const std::string date = table.text("date"), sensor = table.text("sensor");

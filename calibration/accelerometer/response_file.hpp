@@ -16,7 +16,7 @@ std::string response_text(const std::string& date, const std::string& sensor, co
                           const std::vector<std::string>& findings);
 
 /// The same device with the response of a file in its info(). `notes` receives one sentence. InputError names
-/// the file: it cannot be read, was changed, is of another sensor, or the settings tell a response, too.
+/// the file: it cannot be read, was changed, is of another sensor, or the settings state a response as well.
 std::unique_ptr<Accelerometer> with_response(std::unique_ptr<Accelerometer> device,
                                              const std::filesystem::path& file,
                                              std::vector<std::string>& notes);

@@ -63,8 +63,8 @@ constexpr std::array point_numbers{
     errors<&PointRow::tilt>("tilt_errors", "rad",
                             "standard error; NaN: the sensor's offset is not calibrated"),
     number<&PointRow::phi_systematic>("phi_systematic", "rad",
-                                      "standard error of phi by the error of high_pass_hz, common to all "
-                                      "points; NaN: high_pass_hz is not set"),
+                                      "standard error of phi by the errors of high_pass_hz and low_pass_hz, "
+                                      "common to all points; NaN: neither is set"),
     number<&PointRow::true_v_D>("true_v_D", "m/s",
                                 "true drift velocity over the same periods; NaN: not a simulated bench"),
     number<&PointRow::chi2>(

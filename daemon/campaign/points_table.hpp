@@ -22,7 +22,7 @@ struct PointRow {
     // Results; NaN unless the point is measured.
     calibration::Estimate frequency{}, gamma{}, rho{}, phi{}, v_rms{}, v_D{}, D{}, efficiency{};
     calibration::Estimate tilt{};  // by gravity, rad
-    double phi_systematic = NAN;   // standard error of phi by the error of high_pass_hz, rad
+    double phi_systematic = NAN;   // standard error of phi by those of high_pass_hz and low_pass_hz, rad
     double true_v_D = NAN;         // m/s, of a simulated bench
     double chi2 = NAN;             // of the passes, per degree of freedom
     double periods = 0;            // measured, all passes

@@ -199,7 +199,8 @@ Budget coulomb_budget(std::span<const Point> points, const CoulombFit& fit, cons
          {"tilt", known / mu,
           fitted ? fmt::format("fitted to {:.2g} urad", 1e6 * fit.tilt.error)
                  : fmt::format("level to {:.2g} mrad, estimate", 1e3 * errors.tilt)},
-         {"corner", turn != 0 ? std::abs(turn) / mu : NAN, "error of the accelerometer's high_pass_hz"},
+         {"corner", turn != 0 ? std::abs(turn) / mu : NAN,
+          "errors of the accelerometer's high_pass_hz and low_pass_hz"},
          {"gain", std::abs(gain) * errors.gain / mu, relative(errors.gain) + ", estimate"},
          {"scale", std::abs(scale) * errors.scale / mu, relative(errors.scale) + ", estimate"},
          {"clock", 2 * std::abs(scale) * errors.clock / mu, relative(errors.clock) + ", estimate"},

@@ -312,11 +312,11 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     return out;
 }
 
-Corner take_off(const SensorResponse& told, double exposure_s, Alignment& drive) {
+Corner take_off(const SensorResponse& stated, double exposure_s, Alignment& drive) {
     const calibration::HarmonicFit before = drive.acceleration;
     const auto [corner, later_s, variance_s2] =
-        take_off(told, exposure_s, drive.base, drive.acceleration, drive.across);
-    if (told.none()) return corner;
+        take_off(stated, exposure_s, drive.base, drive.acceleration, drive.across);
+    if (stated.none()) return corner;
     std::vector<double> old(drive.t_s.size()), now(drive.t_s.size());
     before.periodic(drive.t_s, old);
     drive.acceleration.periodic(drive.t_s, now);

@@ -38,8 +38,8 @@ struct Alignment {
 /// Throws InputError when fewer than two periods are in common after alignment.
 Alignment align(const Measurement& m, std::vector<std::string>& notes);
 
-/// Corrects the measured drive, its samples and their times for its response (check/corner.hpp). told: of
+/// Corrects the measured drive, its samples and their times for its response (check/corner.hpp). stated: of
 /// the accelerometer's settings. exposure_s: of the cameras.
-Corner take_off(const SensorResponse& told, double exposure_s, Alignment& drive);
+Corner take_off(const SensorResponse& stated, double exposure_s, Alignment& drive);
 
 }  // namespace shaker::reduction

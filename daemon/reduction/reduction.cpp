@@ -20,6 +20,7 @@
 #include "daemon/reduction/selection.hpp"
 #include "daemon/reduction/stick.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/errors.hpp"
 
 namespace shaker::reduction {
 namespace {
@@ -248,10 +249,13 @@ double exposure_of(const std::vector<MotionSeries>& bases) {
 }  // namespace
 
 std::vector<calibration::ResponseLine> response_lines(Measurement measurement) {
+    Reduction judged;
+    judge_doubtful("base", measurement.bases, judged);
     Measurement m = usable_part(std::move(measurement));
-    std::vector<std::string> notes;
     BadSamples bad;
-    const Alignment drive = align_without_bad_samples(m, bad, notes);
+    const Alignment drive = align_without_bad_samples(m, bad, judged.notes);
+    if (judged.degraded || bad.degrade())
+        throw InputError{fmt::format("not used: {}", fmt::join(judged.notes, "; "))};
     return lines_of(drive.acceleration, drive.base, exposure_of(m.bases));
 }
 

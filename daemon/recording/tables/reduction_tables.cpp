@@ -120,7 +120,7 @@ constexpr Table<RatioAt> ratio_columns{"bench_check/views", "the comparison for 
 constexpr std::array corner_numbers{
     value<&Reduction::corner, &Corner::phi_off>(
         "phi_off", "rad",
-        "phi by the cameras minus phi by the accelerometer, corrected for its high_pass_hz; NaN: no "
+        "phi by the cameras minus phi by the accelerometer, corrected for its response; NaN: no "
         "comparison is possible"),
     errors<&Reduction::corner, &Corner::phi_off>("phi_off_errors", "rad"),
     value<&Reduction::corner, &Corner::hz>(
@@ -129,7 +129,7 @@ constexpr std::array corner_numbers{
     errors<&Reduction::corner, &Corner::hz>("corner_errors", "Hz"),
     number<&Reduction::systematic, &Systematic::phi>(
         "phi_systematic", "rad",
-        "standard error of phi by the error of high_pass_hz; NaN: high_pass_hz is not set")};
+        "standard error of phi by the errors of high_pass_hz and low_pass_hz; NaN: neither is set")};
 constexpr Table<Reduction> corner_columns{"bench_check/phases",
                                           "phases of the base by accelerometer and cameras", corner_numbers};
 

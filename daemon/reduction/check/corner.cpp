@@ -19,7 +19,7 @@ namespace {
 constexpr double agreeing = 4;         // standard errors
 constexpr double most_lowered = 0.1;   // of an amplitude
 constexpr double bias_of_phi = 1e-4;   // rad: trackers
-constexpr double bias_without = 3e-4;  // rad: also a low-pass of 500 Hz that nobody told
+constexpr double bias_without = 3e-4;  // rad: also a low-pass of 500 Hz that nobody stated
 constexpr double bias_of_rise = 2e-4;  // of the ratio of two amplitudes: trackers, exposure
 
 using calibration::covariance_of;
@@ -65,16 +65,17 @@ struct Fit {
     Eigen::Vector2d at{0, 0};
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
     Matrix by_leads;        // derivative by the leads
-    double by_told = 0;     // variance of the corner by the error of the told one
+    double by_told = 0;     // variance of the corner by the error of the stated one
     double time_alone = 0;  // variance of the time with a known corner
 };
 
-Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told) {
+Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& stated) {
     Fit out;
-    const double known = std::isfinite(told.error_hz) ? 1 / std::pow(std::max(told.error_hz, 1e-9), 2) : 0;
+    const double known =
+        std::isfinite(stated.error_hz) ? 1 / std::pow(std::max(stated.error_hz, 1e-9), 2) : 0;
     const Matrix weights = covariance.inverse();
-    out.at(0) = told.hz;
-    LowerCorner corner = told;
+    out.at(0) = stated.hz;
+    LowerCorner corner = stated;
     Matrix by(std::ssize(leads.q), 2);
     for (int pass = 0; pass < 8; ++pass) {
         Vector rest = leads.rad;
@@ -89,7 +90,7 @@ Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorne
         normal(0, 0) += known;
         out.covariance = normal.inverse();
         out.by_leads = out.covariance * by.transpose() * weights;
-        out.at += out.by_leads * rest + out.covariance.col(0) * known * (told.hz - out.at(0));
+        out.at += out.by_leads * rest + out.covariance.col(0) * known * (stated.hz - out.at(0));
     }
     out.by_told = known * out.covariance(0, 0) * out.covariance(0, 0);
     return out;
@@ -97,14 +98,14 @@ Fit fit(const Leads& leads, const Matrix& covariance, double f, const LowerCorne
 
 /// phi by the cameras minus that by the accelerometer, corrected for the corner of its settings. bias: of
 /// phi.
-calibration::Estimate phi_off(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told,
-                              double bias) {
+calibration::Estimate phi_off(const Leads& leads, const Matrix& covariance, double f,
+                              const LowerCorner& stated, double bias) {
     Eigen::RowVectorXd turn = Eigen::RowVectorXd::Zero(covariance.rows());
     turn(0) = -2;
     turn(1) = 1;
-    return {std::remainder(phi_turned(told, f) - turn * leads.rad, two_pi),
+    return {std::remainder(phi_turned(stated, f) - turn * leads.rad, two_pi),
             std::hypot(std::sqrt(turn * covariance * turn.transpose()),
-                       phi_turned_by_hz(told, f) * told.error_hz, bias)};
+                       phi_turned_by_hz(stated, f) * stated.error_hz, bias)};
 }
 
 /// A corner that fits the phases, with the probability of its kind. With equal phases, two poles lower the
@@ -127,18 +128,18 @@ void weigh(std::vector<Kind>& kinds, const calibration::Estimate& log_rise, doub
     for (Kind& k : kinds) k.share /= sum;
 }
 
-/// The told corner weighed with the leads, by kind. poles: 0: one, two equal ones or Butterworth.
-std::vector<Kind> weighed(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& told,
+/// The stated corner weighed with the leads, by kind. poles: 0: one, two equal ones or Butterworth.
+std::vector<Kind> weighed(const Leads& leads, const Matrix& covariance, double f, const LowerCorner& stated,
                           int poles) {
     if (leads.q.empty()) {
-        Kind only{.corner = told};
+        Kind only{.corner = stated};
         only.fit.by_leads = Matrix::Zero(2, 0);
-        only.fit.by_told = told.error_hz * told.error_hz;
+        only.fit.by_told = stated.error_hz * stated.error_hz;
         return {only};
     }
-    std::vector<Kind> kinds{{.corner = told}};
-    const bool open = std::isinf(told.error_hz) && leads.both();
-    LowerCorner two = told;
+    std::vector<Kind> kinds{{.corner = stated}};
+    const bool open = std::isinf(stated.error_hz) && leads.both();
+    LowerCorner two = stated;
     two.poles = 2;
     if (open && poles == 0) kinds.push_back({.corner = two});
     two.damping = 1 / std::numbers::sqrt2;
@@ -187,7 +188,7 @@ void divide(HarmonicFit& fit, const LowPass& pass) {
 }
 
 /// Divides the harmonics by the response of the corner. Their errors get those of the corner by the noise of
-/// both instruments (variance: by the cameras') and of its kind. by_told: variance of the told corner;
+/// both instruments (variance: by the cameras') and of its kind. by_told: variance of the stated corner;
 /// amplitudes alone get it here.
 void divide(HarmonicFit& sensor, const std::vector<Kind>& kinds, const Eigen::RowVectorXd& corner_by_sensor,
             double variance, double by_told) {
@@ -237,14 +238,14 @@ std::vector<calibration::ResponseLine> lines_of(const HarmonicFit& sensor, const
     return lines;
 }
 
-TakenOff take_off(const SensorResponse& told, double exposure_s, const HarmonicFit& base, HarmonicFit& sensor,
-                  std::array<HarmonicFit, 2>& across) {
-    for (HarmonicFit* fit : {&sensor, &across[0], &across[1]}) divide(*fit, told.upper);
+TakenOff take_off(const SensorResponse& stated, double exposure_s, const HarmonicFit& base,
+                  HarmonicFit& sensor, std::array<HarmonicFit, 2>& across) {
+    for (HarmonicFit* fit : {&sensor, &across[0], &across[1]}) divide(*fit, stated.upper);
     Corner out;
-    LowerCorner by = told.lower;
+    LowerCorner by = stated.lower;
     by.poles = std::max(by.poles, 1);
     const double f = sensor.frequency_hz, w = two_pi * f;
-    const double by_low_pass = told.upper.phi_error(f);
+    const double by_low_pass = stated.upper.phi_error(f);
     const double bias = std::isnan(by_low_pass) ? bias_without : std::hypot(bias_of_phi, by_low_pass);
     const Leads leads = leads_of(sensor, base, exposure_s);
     const Matrix covariance =
@@ -253,7 +254,7 @@ TakenOff take_off(const SensorResponse& told, double exposure_s, const HarmonicF
         out.phi_off = phi_off(leads, covariance, f, by, bias);
         out.alarm = std::abs(out.phi_off.value) > agreeing * out.phi_off.sigma;
     }
-    if (told.lower.none()) {
+    if (stated.lower.none()) {
         out.phi_told = by_low_pass;
         return {out};
     }
@@ -264,7 +265,7 @@ TakenOff take_off(const SensorResponse& told, double exposure_s, const HarmonicF
         by.hz = 0;
         by.error_hz = std::numeric_limits<double>::infinity();
     }
-    const std::vector<Kind> kinds = weighed(leads, covariance, f, by, told.lower.poles);
+    const std::vector<Kind> kinds = weighed(leads, covariance, f, by, stated.lower.poles);
     const Fit& first = kinds.front().fit;
     const Kind& likeliest = *std::ranges::max_element(kinds, {}, &Kind::share);
     out.hz = leads.q.empty() ? calibration::Estimate{by.hz, by.error_hz}

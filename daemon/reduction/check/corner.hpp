@@ -21,11 +21,11 @@ struct TakenOff {
 };
 
 /// Takes the response off the harmonics of the accelerometer along and across the shaker's axis: the low-pass
-/// as told; the corner, told with an error, weighed with what the cameras show; where both disagree by four
-/// standard errors, the cameras decide. One pole, two or Butterworth, where that was not passed, by the ratio
-/// of the amplitudes. Errors of the harmonics contain those of the corner by noise and by its kind.
+/// as stated; the corner, stated with an error, weighed with what the cameras show; where both disagree by
+/// four standard errors, the cameras decide. One pole, two or Butterworth, where that was not passed, by the
+/// ratio of the amplitudes. Errors of the harmonics contain those of the corner by noise and by its kind.
 /// exposure_s, base: of the cameras.
-TakenOff take_off(const SensorResponse& told, double exposure_s, const calibration::HarmonicFit& base,
+TakenOff take_off(const SensorResponse& stated, double exposure_s, const calibration::HarmonicFit& base,
                   calibration::HarmonicFit& along, std::array<calibration::HarmonicFit, 2>& across);
 
 }  // namespace shaker::reduction

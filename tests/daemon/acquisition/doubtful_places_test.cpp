@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "drivers/errors.hpp"
 #include "tests/support/recording/long_run.hpp"
 
 namespace shaker::acquisition {
@@ -13,12 +14,13 @@ using tracking::TrackState;
 
 constexpr double everything = 1e300;
 
-/// Every n-th place of the walker, from the first on: off by `off_m`, told to be in doubt, with its old
+/// Every n-th place of a body, from the first on: off by `off_m`, told to be in doubt, with its old
 /// error.
-Streams doubted(const test::LongStreams& run, int n, double off_m, double sd_m = 0) {
+Streams doubted(const test::LongStreams& run, int n, double off_m, double sd_m = 0,
+                const char* body = "walker") {
     Streams streams = run.streams;
     for (TargetTrack& t : streams.tracks) {
-        if (t.target.name != "walker") continue;
+        if (t.target.name != body) continue;
         for (std::size_t i = 0; i < t.tracks.size(); i += static_cast<std::size_t>(n)) {
             tracking::Track& place = t.tracks[i];
             if (!found(place.fix.state)) continue;
@@ -80,6 +82,18 @@ TEST(DoubtfulPlacesTest, AViewInDoubtYieldsToAnother) {
     EXPECT_FALSE(r.degraded);
     EXPECT_NEAR(r.v_D.value, run.v_D, 4 * r.v_D.sigma);
     EXPECT_TRUE(notes(r, "this view is left out"));
+}
+
+TEST(DoubtfulPlacesTest, ABaseInDoubtGivesNoResponse) {
+    const test::LongStreams run = test::make_long_streams({.seconds = 10, .lost = 0});
+    const double f = run.header.frequency_hz;
+    EXPECT_FALSE(response_lines(measurement_of(run.streams, f, -everything, everything)).empty());
+    try {
+        response_lines(measurement_of(doubted(run, 1, 1e-3, 0, "base"), f, -everything, everything));
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string{error.what()}.find("the place of the base is in doubt"), std::string::npos);
+    }
 }
 
 TEST(DoubtfulPlacesTest, WithoutDoubtNothingChanges) {
