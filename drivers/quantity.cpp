@@ -36,23 +36,10 @@ constexpr std::array length_units{Unit{"m", 1, 1}, Unit{"mm", 1, 1e3}, Unit{"um"
 constexpr std::array ratio_units{Unit{"%", 1, 100}};
 
 std::span<const Unit> units_of(Dimension dimension) {
-    switch (dimension) {
-        case Dimension::acceleration:
-            return acceleration_units;
-        case Dimension::angle:
-            return angle_units;
-        case Dimension::frequency:
-            return frequency_units;
-        case Dimension::time:
-            return time_units;
-        case Dimension::velocity:
-            return velocity_units;
-        case Dimension::length:
-            return length_units;
-        case Dimension::ratio:
-            return ratio_units;
-    }
-    return {};
+    constexpr std::array<std::span<const Unit>, 7> units{acceleration_units, angle_units,    frequency_units,
+                                                         time_units,         velocity_units, length_units,
+                                                         ratio_units};
+    return units.at(static_cast<std::size_t>(dimension));
 }
 
 /// To six digits: the change of the unit has made the others.

@@ -1,6 +1,5 @@
 #include "drivers/realtime.hpp"
 
-#include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>

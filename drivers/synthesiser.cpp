@@ -1,6 +1,5 @@
 #include "drivers/synthesiser.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -12,7 +12,7 @@ add_library(test_support STATIC)
 set(libraries PUBLIC daemon_commands tests_mock GTest::gtest shaker_opencv opencv_video shaker_hdf5 Eigen3::Eigen
   nlohmann_json::nlohmann_json spdlog::spdlog shaker_asio PRIVATE PkgConfig::seccomp)
 target_link_libraries(test_support ${libraries})
-add_sources(test_support "${support}" "${libraries}")
+add_sources(test_support "${support}" "${libraries}" LEVEL 1)
 target_compile_definitions(test_support PUBLIC SHAKER_SANITIZED=${sanitized})
 set_source_files_properties(tests/support/paths.cpp PROPERTIES COMPILE_DEFINITIONS
   "SHAKER_SOURCE_DIR=\"${PROJECT_SOURCE_DIR}\";SHAKER_BINARY_DIR=\"${PROJECT_BINARY_DIR}\"")

@@ -1,7 +1,5 @@
 #include "tracking/outline_follower.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace shaker::tracking {

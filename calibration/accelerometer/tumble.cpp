@@ -8,9 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "drivers/errors.hpp"
 
@@ -88,7 +85,7 @@ AxisOrder axis_order(std::span<const Attitude> attitudes, std::span<const Vector
 }
 
 using Parameters = Eigen::Matrix<double, 9, 1>;
-using Normal = Eigen::Matrix<double, 9, 9>;
+using Normal = Eigen::MatrixXd;  // 9 x 9; of fixed size it costs the compiler ten times as much
 
 constexpr double parts_of_record = 10;
 constexpr double unlikely = 1e-4;        // chance of chi2 below which the errors are widened
@@ -122,7 +119,7 @@ struct Model {
 
 // One Gauss-Newton problem at a model: normal equations and residuals.
 struct Equations {
-    Normal normal = Normal::Zero();
+    Normal normal = Normal::Zero(9, 9);
     Parameters right = Parameters::Zero();
     double chi2 = 0, squares = 0;  // squares: of the residuals, g^2
     double largest = 0;            // residual over its standard error
@@ -236,9 +233,9 @@ void judge(Tumble& fit, const Equations& e, std::span<const Attitude> attitudes)
 
 double Tumble::gain_error(const Vector& u) const noexcept {
     const Parameters d = derivative(eigen(u));
-    const Eigen::Map<const Eigen::Matrix<double, 9, 9, Eigen::RowMajor>> c{covariance.data()};
+    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};
     const Eigen::Matrix<double, 6, 1> e = d.head<6>();
-    return std::hypot(std::sqrt(e.dot(c.topLeftCorner<6, 6>() * e)), gravity.sigma / gravity.value);
+    return std::hypot(std::sqrt(e.dot(c.topLeftCorner(6, 6) * e)), gravity.sigma / gravity.value);
 }
 
 double Tumble::reading_error(const Vector& u, const Vector& a) const noexcept {
@@ -246,7 +243,7 @@ double Tumble::reading_error(const Vector& u, const Vector& a) const noexcept {
     Parameters d;
     d << u[0] * a[0], u[1] * a[1], u[2] * a[2], u[0] * a[1] + u[1] * a[0], u[0] * a[2] + u[2] * a[0],
         u[1] * a[2] + u[2] * a[1], g * u[0], g * u[1], g * u[2];
-    const Eigen::Map<const Normal> c{covariance.data()};  // symmetric
+    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};
     const double along = u[0] * a[0] + u[1] * a[1] + u[2] * a[2];
     return std::hypot(std::sqrt(d.dot(c * d)), along * gravity.sigma / g);
 }
@@ -255,15 +252,15 @@ Vector Tumble::offset_errors() const noexcept {
     Eigen::Matrix3d k;
     for (Eigen::Index i = 0; i < 9; ++i)
         k(i / 3, i % 3) = gain[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)];
-    const Eigen::Map<const Eigen::Matrix<double, 9, 9, Eigen::RowMajor>> c{covariance.data()};
+    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};
     const Eigen::Matrix3d back = k.inverse() * gravity.value;
-    const Eigen::Vector3d variance = (back * c.bottomRightCorner<3, 3>() * back.transpose()).diagonal();
+    const Eigen::Vector3d variance = (back * c.bottomRightCorner(3, 3) * back.transpose()).diagonal();
     return {std::sqrt(variance[0]), std::sqrt(variance[1]), std::sqrt(variance[2])};
 }
 
 double condition_of(std::span<const Vector> directions) {
     if (directions.size() < 9) return std::numeric_limits<double>::infinity();
-    Normal normal = Normal::Zero();
+    Normal normal = Normal::Zero(9, 9);
     for (const Vector& n : directions) {
         const Parameters d = derivative(eigen(n).normalized());
         normal += d * d.transpose();
@@ -304,7 +301,7 @@ Tumble fit_tumble(std::span<const Attitude> attitudes, const Vector& nominal, co
     const Equations e = equations(attitudes, model, variance, g);
 
     Tumble fit{.gravity = gravity, .attitudes = static_cast<int>(attitudes.size())};
-    const Normal covariance = e.normal.inverse();
+    const Normal covariance = e.normal.ldlt().solve(Normal::Identity(9, 9));
     const Eigen::Vector3d offset = model.gain.inverse() * model.rest;
     for (std::size_t i = 0; i < 9; ++i) {
         const auto row = static_cast<Eigen::Index>(i);

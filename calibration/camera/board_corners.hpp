@@ -1,5 +1,6 @@
 #pragma once
 // A grey picture whose pixels are read as numbers, and the corners of a board in it.
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 #pragma once
 // Scale, tilt, distance and lens of a fixed camera from pictures of a board in planes of known height.
+#include <array>
 #include <span>
 #include <string>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "calibration/clocks/clock_tracker.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace shaker::calibration {
 namespace {

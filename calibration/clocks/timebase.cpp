@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "drivers/time.hpp"
-
 namespace shaker::calibration {
 
 namespace {

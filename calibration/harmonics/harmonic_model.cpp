@@ -1,13 +1,9 @@
 #include "calibration/harmonics/harmonic_model.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "calibration/harmonics/phasors.hpp"
 #include "drivers/drive.hpp"

@@ -1,6 +1,7 @@
 #include "daemon/acquisition/collector.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <utility>

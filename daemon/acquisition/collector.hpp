@@ -2,9 +2,7 @@
 // The sensor side of any rig: devices and trackers write into rings; the collector moves the data from the
 // rings to the streams and the recording.
 #include <array>
-#include <chrono>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>

@@ -1,7 +1,6 @@
 #include "daemon/acquisition/drive_output.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "drivers/time.hpp"
 

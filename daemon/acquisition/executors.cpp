@@ -1,10 +1,8 @@
 #include "daemon/acquisition/executors.hpp"
 
-#include <algorithm>
 #include <exception>
 #include <latch>
 #include <mutex>
-#include <optional>
 #include <stop_token>
 #include <system_error>
 #include <thread>

@@ -1,6 +1,7 @@
 #pragma once
 // Runs an opened rig: output, sensors and the leader of the run, in lockstep or in one thread each.
 #include <functional>
+#include <vector>
 
 #include "daemon/acquisition/collector.hpp"
 #include "daemon/acquisition/drive_output.hpp"

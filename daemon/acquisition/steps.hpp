@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "daemon/acquisition/channels.hpp"
 #include "daemon/safety/sample_guard.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <span>
 
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_scale.hpp"

@@ -17,7 +17,6 @@
 #include "calibration/accelerometer/response_file.hpp"
 #include "calibration/accelerometer/sensor_file.hpp"
 #include "calibration/camera/camera_file.hpp"
-#include "drivers/commissioned/record.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/hardware/hardware_rig.hpp"
 #include "drivers/simulated/shaker_plant.hpp"

@@ -1,7 +1,5 @@
 #pragma once
 // A camera whose pictures are cropped to the region in which its targets can move.
-#include <memory>
-#include <vector>
 
 #include "drivers/devices.hpp"
 

@@ -1,7 +1,6 @@
 #pragma once
 // Harmonics and cycle from the passes of a point, with the weights of their drift (reduction/series.hpp).
 #include <span>
-#include <vector>
 
 #include "daemon/reduction/reduction.hpp"
 #include "daemon/reduction/series.hpp"

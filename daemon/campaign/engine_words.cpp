@@ -15,17 +15,8 @@ constexpr double most_around_s = 60;  // of a pass, besides measuring
 }  // namespace
 
 std::string Engine::doing() const {
-    if (done_) return "ended";
-    if (paused_) return "paused";
-    switch (phase_) {
-        case Phase::measuring:
-            return "measuring";
-        case Phase::returning:
-            return "returning";
-        case Phase::between:
-            break;
-    }
-    return "changing";
+    constexpr std::array words{"changing", "measuring", "returning"};
+    return done_ ? "ended" : paused_ ? "paused" : words.at(static_cast<std::size_t>(phase_));
 }
 
 void Engine::obey(Word word) {

@@ -1,7 +1,6 @@
 #pragma once
 // The journal of a campaign: a text file with one JSON object a line. It decides which points are measured
 // and to which measurements of which recordings a result belongs, also after a crash.
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <string>

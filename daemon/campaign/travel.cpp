@@ -20,14 +20,9 @@ constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may 
 constexpr int steady_periods = 7;  // with this D that it needs: six values, each from two periods
 
 Walk exact_walk(const Drive& drive, double mu, double g, int settle_at_most) {
-    walker::WalkerSetting setting;
-    setting.frequency = drive.frequency;
-    setting.base = harmonics(drive);
-    setting.g = g;
-    setting.friction = {mu, mu, 0};
     Walk walk;
     try {
-        const walker::WalkerLaw law{setting};
+        const walker::WalkerLaw law{walker::coulomb(drive, mu, g)};
         const walker::SteadyState cycle = settle(law);
         walk.v_D = cycle.v_D;
         const double allowed = steady * law.velocity_scale() * law.period();

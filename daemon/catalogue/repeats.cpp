@@ -1,7 +1,6 @@
 #include "daemon/catalogue/repeats.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "daemon/reduction/series.hpp"
 

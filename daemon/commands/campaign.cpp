@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -12,9 +11,9 @@
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/lead/plans.hpp"
 #include "daemon/campaign/lead/session.hpp"
-#include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/point_results.hpp"
+#include "daemon/commands/calibrate/calibrate.hpp"
 #include "daemon/commands/operator_dialogue.hpp"
 #include "daemon/commands/recover.hpp"
 #include "daemon/commands/run.hpp"
@@ -61,12 +60,9 @@ constexpr std::array campaign_arguments{
              .otherwise = "the plan's name without its ending"},
     Argument{.name = "--check",
              .help = "Print points, order, predicted travel, bench time and bytes; nothing moves"},
-    Argument{.name = "--view",
-             .value = "MM",
-             .help = "With --check: length of the view along the shaker's axis in mm",
-             .kind = Kind::whole,
-             .allowed = {10, 10000},
-             .otherwise = "that of the simulated bench"},
+    manual::whole_option("--view", "MM", {10, 10000},
+                         "With --check: length of the view along the shaker's axis in mm", {},
+                         "that of the simulated bench"),
     Argument{.name = "--continue",
              .help = "Measure the points that an interrupted campaign has not measured"},
     Argument{.name = "--reduce",
@@ -149,7 +145,7 @@ void place_walker(run::RunOptions& run, const campaign::Plan& plan, const campai
 
 /// Leads the bench through the points that are left, and writes their table. False when the campaign is
 /// paused and nobody is there to resume it.
-bool lead(run::Runner& runner, campaign::PreparedSession prepared) {
+bool lead(run::Runner& runner, campaign::PreparedSession prepared, std::FILE* lines_to) {
     const bool live = prepared.settings.beside;
     service::BenchPort port;
     // The engine learns mu by itself.
@@ -157,7 +153,7 @@ bool lead(run::Runner& runner, campaign::PreparedSession prepared) {
     bench.measure(std::move(prepared));
     const run::StopSignals signals{runner};
     OperatorInput input{keys};
-    CampaignLines lines{port};
+    CampaignLines lines{port, lines_to};
     if (input.keys()) lines.say(keys_help);
     int stops = 0;  // requests that were obeyed
     bool nobody = false;
@@ -203,7 +199,8 @@ void check_plan(const CampaignOptions& options) {
 void measure_campaign(const CampaignOptions& options) {
     const bool continues = options.plan.empty();
     const std::filesystem::path file = continues ? options.folder / campaign::plan_name : options.plan;
-    const std::string plan_text = plan_text_of(file);
+    const std::string plan_text =
+        options.plan_text.empty() ? plan_text_of(file) : std::string{options.plan_text};
     const campaign::Plan plan = campaign::parse_plan(plan_text, file.string());
     const std::vector<campaign::Point> points =
         campaign::schedule(plan, continues ? campaign::most_stored_points : campaign::most_points);
@@ -212,15 +209,16 @@ void measure_campaign(const CampaignOptions& options) {
     place_walker(settings.run, plan, points.front());
     run::Runner runner{settings};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
-    const bool anybody =
-        lead(runner, campaign::prepare({.folder = options.folder,
-                                        .plan = plan_text,
-                                        .plan_file = file.string(),
-                                        .continues = continues,
-                                        .run = settings.run,
-                                        .beside = !runner.bench().world || settings.run.threads,
-                                        .view_m = view_of(options, runner.bench())},
-                                       runner.bench(), runner.recordings().most_s()));
+    const bool anybody = lead(runner,
+                              campaign::prepare({.folder = options.folder,
+                                                 .plan = plan_text,
+                                                 .plan_file = file.string(),
+                                                 .continues = continues,
+                                                 .run = settings.run,
+                                                 .beside = !runner.bench().world || settings.run.threads,
+                                                 .view_m = view_of(options, runner.bench())},
+                                                runner.bench(), runner.recordings().most_s()),
+                              options.json ? stderr : stdout);
     run::StopSignals::rethrow();
     if (!anybody)
         throw TripError{
@@ -326,7 +324,33 @@ int act_on_campaign(const manual::Values& values) {
     return manual::exit_ok;
 }
 
+/// "calibrate response" without recordings drives its plan into a folder beside the file first.
+int act_on_calibrate(const manual::Values& values) {
+    if (values.text("DEVICE") != "response" || values.has("--from") || values.has("--coupled-dc"))
+        return calibrate(values);
+    refuse_others("response", values, {"DEVICE", "--rig", "--scene", "--output", "--json"});
+    const std::filesystem::path file = response_file(values);
+    CampaignOptions options{.plan = "response.toml",
+                            .plan_text = response_plan,
+                            .folder = std::filesystem::path{file}.replace_extension(),
+                            .run = {}};
+    options.run.rig = values.text("--rig");
+    options.run.scene = values.text("--scene");
+    options.run.standard = simulated::paper_scene(simulated::Detail::positions);
+    options.run.pictures = recorded::KeptPictures::off;
+    options.json = values.has("--json");
+    measure_campaign(options);
+    calibrate_response(values, file, {options.folder});
+    return manual::exit_ok;
+}
+
 }  // namespace
+
+manual::Command calibrate_row() {
+    manual::Command row = calibrations_row();
+    row.act = act_on_calibrate;
+    return row;
+}
 
 manual::Command campaign_row() {
     return {

@@ -2,6 +2,7 @@
 // The command "campaign": checks a plan, measures it, continues it, or makes its points table again.
 #include <cmath>
 #include <filesystem>
+#include <string_view>
 
 #include "daemon/campaign/plan.hpp"
 #include "daemon/run/run_settings.hpp"
@@ -10,12 +11,16 @@ namespace shaker::commands {
 
 struct CampaignOptions {
     std::filesystem::path plan;    // empty when a campaign is continued: its folder has it
+    std::string_view plan_text{};  // of `plan`; empty: it is read
     std::filesystem::path folder;  // of the campaign
     run::RunOptions run;
     /// Length of the cameras' view, for the check of a plan; NaN: that of the simulated bench.
     double view_m = NAN;
-    bool json = false;
+    bool json = false;  // standard output has JSON, lines of the campaign go to standard error
 };
+
+/// The text of daemon/campaign/plans/response.toml.
+extern const std::string_view response_plan;
 
 /// Prints points, order, predicted travel, bench time and bytes; nothing moves. InputError for a plan beyond
 /// the limits of the bench.

@@ -23,15 +23,8 @@ using manual::Argument;
 using manual::Kind;
 
 constexpr const char* word_for(run::Verdict v) {
-    switch (v) {
-        case run::Verdict::good:
-            return "ok";
-        case run::Verdict::warning:
-            return "look";
-        case run::Verdict::bad:
-            return "BAD";
-    }
-    return "";
+    constexpr std::array words{"ok", "look", "BAD"};
+    return words.at(static_cast<std::size_t>(v));
 }
 
 struct Tested {
@@ -142,20 +135,10 @@ bool check(const manual::Values& values) {
 constexpr std::array check_arguments{
     manual::rig_argument,
     manual::scene_argument,
-    Argument{.name = "--frequency",
-             .value = "FREQUENCY",
-             .help = "Frequency of the first of two harmonics, e.g. 20Hz",
-             .kind = Kind::quantity,
-             .dimension = Dimension::frequency,
-             .allowed = drive_limits.frequency,
-             .standard = "20Hz"},
-    Argument{.name = "--level",
-             .value = "SHARE",
-             .help = "Amplitude of each harmonic as a share of the DAC's full scale",
-             .kind = Kind::quantity,
-             .dimension = Dimension::ratio,
-             .allowed = {0, 0.2},
-             .standard = "0.02"},
+    manual::quantity_option("--frequency", "FREQUENCY", Dimension::frequency, drive_limits.frequency,
+                            "Frequency of the first of two harmonics, e.g. 20Hz", "20Hz"),
+    manual::quantity_option("--level", "SHARE", Dimension::ratio, {0, 0.2},
+                            "Amplitude of each harmonic as a share of the DAC's full scale", "0.02"),
     Argument{.name = "--loopback",
              .help = "Instead, with the amplifier off and a cable from the drive's output to the sensor's "
                      "input: gain, delay, corner, noise, distortion and crosstalk of the sound card"},

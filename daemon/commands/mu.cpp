@@ -25,13 +25,9 @@ constexpr std::array mu_arguments{
              .help = "Folder of a campaign, or its points table campaign.nxs; several are fitted together",
              .kind = Kind::file,
              .many = true},
-    Argument{.name = "--gravity",
-             .value = "ACCELERATION",
-             .help = "Gravity at the place, e.g. 9.83m/s^2",
-             .kind = Kind::quantity,
-             .dimension = Dimension::acceleration,
-             .allowed = {0.1, 100},
-             .otherwise = "that of the bench: gravity_mps2 in its rig file, or 9.8 m/s^2"},
+    manual::quantity_option("--gravity", "ACCELERATION", Dimension::acceleration, {0.1, 100},
+                            "Gravity at the place, e.g. 9.83m/s^2", {},
+                            "that of the bench: gravity_mps2 in its rig file, or 9.8 m/s^2"),
     Argument{.name = "--level", .help = "Take the base as level also where mirror partners show its tilt"},
     manual::json_argument};
 

@@ -33,18 +33,18 @@ std::string duration_text(double s) {
 
 }  // namespace
 
-CampaignLines::CampaignLines(const service::BenchPort& port)
-    : port_{port}, terminal_{::isatty(STDOUT_FILENO) == 1} {}
+CampaignLines::CampaignLines(const service::BenchPort& port, std::FILE* to)
+    : port_{port}, to_{to}, terminal_{::isatty(::fileno(to)) == 1} {}
 
 CampaignLines::~CampaignLines() {
-    if (terminal_) std::fputs(clear_line, stdout);
-    std::fflush(stdout);
+    if (terminal_) std::fputs(clear_line, to_);
+    std::fflush(to_);
 }
 
 void CampaignLines::say(const std::string& sentence) {
-    if (terminal_) std::fputs(clear_line, stdout);
-    report::say(sentence + "\n");
-    std::fflush(stdout);
+    if (terminal_) std::fputs(clear_line, to_);
+    report::say(sentence + "\n", to_);
+    std::fflush(to_);
     written_s_ = -1;
 }
 
@@ -63,10 +63,11 @@ void CampaignLines::status(const service::CampaignState& campaign) {
     const std::string where = campaign.number == 0 ? std::string{"all points have ended"}
                                                    : fmt::format("point {} of {}  {}", campaign.number,
                                                                  campaign.points, campaign.point);
-    std::fputs(clear_line, stdout);
+    std::fputs(clear_line, to_);
     report::say(fmt::format("{}  {}  {}{} left", where, campaign.doing,
-                            campaign.known_mu.empty() ? "" : "at most ", duration_text(campaign.left_s)));
-    std::fflush(stdout);
+                            campaign.known_mu.empty() ? "" : "at most ", duration_text(campaign.left_s)),
+                to_);
+    std::fflush(to_);
 }
 
 OperatorInput::OperatorInput(Keys keys) : keys_{std::move(keys)} {

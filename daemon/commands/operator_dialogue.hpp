@@ -4,6 +4,7 @@
 #include <termios.h>
 
 #include <cstdint>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,8 +19,8 @@ namespace shaker::commands {
 /// point, what the bench does, time left.
 class CampaignLines {
 public:
-    /// The port must outlive this object.
-    explicit CampaignLines(const service::BenchPort& port);
+    /// The port must outlive this object. to: standard output, or standard error where that has JSON.
+    CampaignLines(const service::BenchPort& port, std::FILE* to);
     ~CampaignLines();
     CampaignLines(const CampaignLines&) = delete;
     CampaignLines& operator=(const CampaignLines&) = delete;
@@ -33,6 +34,7 @@ private:
     void status(const service::CampaignState& campaign);
 
     const service::BenchPort& port_;
+    std::FILE* to_;
     bool terminal_;
     std::uint64_t seen_ = 0;  // number of the newest event
     double written_s_ = -1;   // monotonic time of the last line

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <complex>
 #include <cstdio>
-#include <string>
 
 #include "daemon/commands/table.hpp"
 #include "daemon/manual/values.hpp"
@@ -18,20 +17,16 @@ namespace {
 
 using manual::Argument;
 using manual::Kind;
+using manual::quantity_option;
 
 constexpr Range allowed_mu{0, 100};
 
 constexpr Argument a_number(std::string_view name, std::string_view help, Range allowed,
                             std::string_view standard, Dimension dimension = Dimension::ratio) {
-    return {.name = name,
-            .value = dimension == Dimension::time       ? "TIME"
-                     : dimension == Dimension::velocity ? "VELOCITY"
-                                                        : "X",
-            .help = help,
-            .kind = Kind::quantity,
-            .dimension = dimension,
-            .allowed = allowed,
-            .standard = standard};
+    const std::string_view value = dimension == Dimension::time       ? "TIME"
+                                   : dimension == Dimension::velocity ? "VELOCITY"
+                                                                      : "X";
+    return quantity_option(name, value, dimension, allowed, help, standard);
 }
 
 constexpr std::array friction_law_arguments{
@@ -40,13 +35,9 @@ constexpr std::array friction_law_arguments{
              .kind = Kind::word,
              .words = walker::friction_laws,
              .standard = "coulomb"},
-    Argument{.name = "--mu-backward",
-             .value = "MU",
-             .help = "Kinetic friction coefficient of backward slip; static friction has the same ratio",
-             .kind = Kind::quantity,
-             .dimension = Dimension::ratio,
-             .allowed = allowed_mu,
-             .otherwise = "--mu"},
+    quantity_option("--mu-backward", "MU", Dimension::ratio, allowed_mu,
+                    "Kinetic friction coefficient of backward slip; static friction has the same ratio", {},
+                    "--mu"),
     a_number("--log-share", "Law logarithmic: growth of mu per factor e of the slip velocity", {0, 10},
              "0.1"),
     a_number("--log-velocity", "Law logarithmic: velocity at which the growth begins", {1e-6, 10}, "1mm/s",
@@ -64,18 +55,8 @@ constexpr std::array friction_law_arguments{
     a_number("--memory", "Correlation of mu between successive periods", {0, 0.9999}, "0"),
     a_number("--relaxation", "Excess of mu at the start", {-0.9, 10}, "0"),
     a_number("--relaxation-time", "Time constant of that excess", {1e-3, 1e6}, "10s", Dimension::time),
-    Argument{.name = "--seed",
-             .value = "N",
-             .help = "Seed of --jitter and --roughness",
-             .kind = Kind::whole,
-             .allowed = {0, 2147483647},
-             .standard = "1"},
-    Argument{.name = "--periods",
-             .value = "N",
-             .help = "Periods to average where mu changes",
-             .kind = Kind::whole,
-             .allowed = {16, 1000000},
-             .standard = "1000"}};
+    manual::whole_option("--seed", "N", {0, 2147483647}, "Seed of --jitter and --roughness", "1"),
+    manual::whole_option("--periods", "N", {16, 1000000}, "Periods to average where mu changes", "1000")};
 
 constexpr auto predict_arguments = manual::joined(
     manual::drive_arguments(true),
@@ -89,43 +70,17 @@ constexpr auto predict_arguments = manual::joined(
                  .value = "LIST",
                  .help = "Harmonics of the base's vertical acceleration",
                  .kind = Kind::text},
-        Argument{.name = "--mu",
-                 .value = "MU",
-                 .help = "Kinetic friction coefficient",
-                 .kind = Kind::quantity,
-                 .dimension = Dimension::ratio,
-                 .allowed = allowed_mu,
-                 .standard = "0.113"},
-        Argument{.name = "--mu-s",
-                 .value = "MU",
-                 .help = "Static friction coefficient, at least --mu",
-                 .kind = Kind::quantity,
-                 .dimension = Dimension::ratio,
-                 .allowed = allowed_mu,
-                 .otherwise = "--mu"},
-        Argument{.name = "--viscous",
-                 .value = "C",
-                 .help = "Velocity strengthening of the friction, 1/s",
-                 .kind = Kind::quantity,
-                 .dimension = Dimension::ratio,
-                 .allowed = {0, 1e4},
-                 .standard = "0"},
-        Argument{.name = "--tilt",
-                 .value = "ANGLE",
-                 .help = "Tilt of the base, downhill towards +x, e.g. 0.1deg",
-                 .kind = Kind::quantity,
-                 .dimension = Dimension::angle,
-                 .allowed = {-1.5, 1.5},
-                 .standard = "0deg"},
-        Argument{.name = "--start",
-                 .value = "VELOCITY",
-                 .help = "Velocity of the walker at phase 0, e.g. 20mm/s; with --mu-s above --mu the settled "
-                         "motion may "
-                         "depend on it",
-                 .kind = Kind::quantity,
-                 .dimension = Dimension::velocity,
-                 .allowed = {-100, 100},
-                 .standard = "0mm/s"},
+        quantity_option("--mu", "MU", Dimension::ratio, allowed_mu, "Kinetic friction coefficient", "0.113"),
+        quantity_option("--mu-s", "MU", Dimension::ratio, allowed_mu,
+                        "Static friction coefficient, at least --mu", {}, "--mu"),
+        quantity_option("--viscous", "C", Dimension::ratio, {0, 1e4},
+                        "Velocity strengthening of the friction, 1/s", "0"),
+        quantity_option("--tilt", "ANGLE", Dimension::angle, {-1.5, 1.5},
+                        "Tilt of the base, downhill towards +x, e.g. 0.1deg", "0deg"),
+        quantity_option("--start", "VELOCITY", Dimension::velocity, {-100, 100},
+                        "Velocity of the walker at phase 0, e.g. 20mm/s; with --mu-s above --mu the settled "
+                        "motion may depend on it",
+                        "0mm/s"),
         Argument{.name = "--json",
                  .value = "CASES",
                  .help = "Print JSON. With a file: for each case in the file (format: "

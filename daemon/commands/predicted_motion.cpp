@@ -162,15 +162,8 @@ std::string as_json(const PredictOptions& o, const Prediction& p) {
 }
 
 const char* name_of(walker::Contact contact) {
-    switch (contact) {
-        case walker::Contact::backward:
-            return "slips backward";
-        case walker::Contact::forward:
-            return "slips forward";
-        case walker::Contact::stick:
-            break;
-    }
-    return "sticks";
+    constexpr std::array names{"slips backward", "sticks", "slips forward"};  // backward is -1
+    return names.at(static_cast<std::size_t>(static_cast<int>(contact) + 1));
 }
 
 std::string angle(double rad) {

@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "daemon/commands/table.hpp"
-#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
 #include "daemon/run/runner.hpp"
@@ -34,16 +33,11 @@ constexpr auto run_arguments = manual::joined(
     manual::drive_arguments(true),
     std::array{
         manual::argument_of(point_field("periods"), true), manual::argument_of(point_field("settle"), true),
-        Argument{
-            .name = "--mu",
-            .value = "MU",
-            .help =
-                "Friction coefficient of walker and base: the run notes the predicted walk and the periods "
-                "until the edge limit before it starts",
-            .kind = Kind::quantity,
-            .dimension = Dimension::ratio,
-            .allowed = {0, 10},
-            .otherwise = "the walk is not predicted"},
+        manual::quantity_option(
+            "--mu", "MU", Dimension::ratio, {0, 10},
+            "Friction coefficient of walker and base: the run notes the predicted walk and the periods "
+            "until the edge limit before it starts",
+            {}, "the walk is not predicted"),
         Argument{.name = "--output",
                  .letter = 'o',
                  .value = "FILE",

@@ -5,11 +5,9 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <string>
 #include <system_error>
 
 #include "daemon/report/installed.hpp"
-#include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
 

@@ -13,6 +13,7 @@ int run_command_line(int argc, const char* const* argv);
 
 // The rows, one file a command.
 manual::Command run_row();
+manual::Command calibrate_row();
 manual::Command campaign_row();
 manual::Command mu_row();
 manual::Command law_row();

@@ -39,17 +39,8 @@ constexpr std::array track_arguments{
     manual::json_argument};
 
 const char* word_for(tracking::TrackState s) {
-    switch (s) {
-        case tracking::TrackState::ok:
-            return "ok";
-        case tracking::TrackState::degraded:
-            return "degraded";
-        case tracking::TrackState::lost:
-            return "lost";
-        case tracking::TrackState::reacquired:
-            return "reacquired";
-    }
-    return "lost";
+    constexpr std::array words{"ok", "degraded", "lost", "reacquired"};
+    return words.at(static_cast<std::size_t>(s));
 }
 
 std::string csv_of(const acquisition::Streams& streams) {

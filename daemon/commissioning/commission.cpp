@@ -11,7 +11,6 @@
 #include <istream>
 #include <numbers>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 

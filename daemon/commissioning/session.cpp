@@ -1,6 +1,5 @@
 #include "daemon/commissioning/session.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <future>
 

@@ -1,7 +1,6 @@
 #include "daemon/control/drive_controller.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace shaker::control {
 

@@ -18,24 +18,6 @@ constexpr double same_gamma = 5e-3;  // of gamma: one set-point, measured twice
 constexpr double line_misses = 0.1;  // of the distance of two points: possible curvature
 constexpr double at_rest = 4;        // errors of v_D
 
-std::vector<Folded> merged(const std::vector<Folded>& group) {
-    std::vector<Folded> out;
-    std::vector<int> counts;
-    for (const Folded& f : group) {
-        if (!out.empty() && f.x - out.back().x <= same_gamma * f.x) {
-            const int n = ++counts.back();
-            Folded& m = out.back();
-            m.x += (f.x - m.x) / n;
-            m.v_D += (f.v_D - m.v_D) / n;
-            m.sigma = std::hypot(m.sigma * (n - 1), f.sigma) / n;
-        } else {
-            out.push_back(f);
-            counts.push_back(1);
-        }
-    }
-    return out;
-}
-
 // Polynomial through points first..last at x; weights: of each v_D in it.
 double through(std::span<const Folded> points, double x, std::vector<double>* weights = nullptr) {
     double sum = 0;
@@ -128,7 +110,7 @@ double peak(const Drive& drive) {
 std::vector<Fit> reversals(std::span<const Point> points, const Coulomb* law) {
     std::vector<Fit> fits;
     for (const auto& [phi, group] : by_phi(points)) {
-        const std::vector<Folded> v = merged(group);
+        const std::vector<Folded> v = merged(group, 0, same_gamma);
         for (std::size_t i = 1; i < v.size(); ++i) {
             const bool clear = std::abs(v[i - 1].v_D) > at_rest * v[i - 1].sigma;
             if (!clear || (v[i - 1].v_D > 0) == (v[i].v_D > 0)) continue;

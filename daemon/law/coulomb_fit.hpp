@@ -1,8 +1,6 @@
 #pragma once
 // mu_ac: the exact law of Coulomb friction fitted to all points at once, each at its measured drive.
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "daemon/law/fit.hpp"

@@ -1,5 +1,6 @@
 #pragma once
 // All fits of one or several campaigns, as text and as JSON; error budgets of mu, and v_D on the asked drive.
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 #include "daemon/law/law_curve.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 

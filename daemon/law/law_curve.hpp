@@ -1,6 +1,5 @@
 #pragma once
 // v_D by Coulomb's law against gamma or phi, with the band that the error of mu leaves: for plots.
-#include <array>
 #include <vector>
 
 #include "calibration/estimate.hpp"

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "daemon/law/least_squares.hpp"
-#include "daemon/law/point.hpp"
 
 namespace shaker::law {
 
@@ -86,26 +85,6 @@ std::vector<Folded> continued(const std::vector<Folded>& group) {
             if (k % 2 != 0) f.v_D = -f.v_D;
             out.push_back(f);
         }
-    return out;
-}
-
-// Means of points at one phase, for the search of a change of sign.
-std::vector<Folded> merged(const std::vector<Folded>& group, double same) {
-    std::vector<Folded> out;
-    std::vector<int> counts;
-    for (const Folded& f : group) {
-        if (!out.empty() && f.x - out.back().x <= same) {
-            const int n = ++counts.back();
-            Folded& m = out.back();
-            m.x += (f.x - m.x) / n;
-            m.v_D += (f.v_D - m.v_D) / n;
-            m.sigma = std::hypot(m.sigma * (n - 1), f.sigma) / n;
-            m.x_sigma = std::hypot(m.x_sigma * (n - 1), f.x_sigma) / n;
-        } else {
-            out.push_back(f);
-            counts.push_back(1);
-        }
-    }
     return out;
 }
 

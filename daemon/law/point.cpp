@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "daemon/law/phase_fits.hpp"
@@ -85,6 +84,25 @@ std::map<double, std::vector<Folded>> by_phi(std::span<const Point> points) {
     }
     for (auto& [phi, group] : groups) std::ranges::sort(group, {}, &Folded::x);
     return groups;
+}
+
+std::vector<Folded> merged(const std::vector<Folded>& group, double same, double share) {
+    std::vector<Folded> out;
+    std::vector<int> counts;
+    for (const Folded& f : group) {
+        if (!out.empty() && f.x - out.back().x <= same + share * f.x) {
+            const int n = ++counts.back();
+            Folded& m = out.back();
+            m.x += (f.x - m.x) / n;
+            m.v_D += (f.v_D - m.v_D) / n;
+            m.sigma = std::hypot(m.sigma * (n - 1), f.sigma) / n;
+            m.x_sigma = std::hypot(m.x_sigma * (n - 1), f.x_sigma) / n;
+        } else {
+            out.push_back(f);
+            counts.push_back(1);
+        }
+    }
+    return out;
 }
 
 std::string in_g(double gamma) { return fmt::format("{:.4g} g", gamma / paper_g); }

@@ -79,6 +79,9 @@ std::map<double, std::vector<Folded>> by_gamma(std::span<const Point> points);
 /// The same for each asked phi modulo pi (rad, rounded to 1e-6); `x` is the measured gamma, increasing.
 std::map<double, std::vector<Folded>> by_phi(std::span<const Point> points);
 
+/// Means of neighbours whose x differ by at most same + share * x; x increases.
+std::vector<Folded> merged(const std::vector<Folded>& group, double same, double share = 0);
+
 /// "1.5 g"; g is the unit of 9.8 m/s^2.
 std::string in_g(double gamma);
 

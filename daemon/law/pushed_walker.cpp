@@ -16,13 +16,11 @@ constexpr double same_base = 1e-8;  // of gamma, change of Q
 constexpr int most_rounds = 40;
 
 walker::WalkerSetting setting_of(const Harmonics<Acceleration>& free, double frequency, const Coulomb& law) {
-    walker::WalkerSetting s;
-    s.frequency = frequency;
-    s.base = free;
-    s.tilt = law.tilt;
-    s.g = law.g * (1 + law.push);
-    s.friction = {law.mu, law.mu};
-    return s;
+    return {.frequency = frequency,
+            .base = free,
+            .tilt = law.tilt,
+            .g = law.g * (1 + law.push),
+            .friction = {law.mu, law.mu}};
 }
 
 std::vector<Segment> segments_of(const walker::SteadyState& cycle) {

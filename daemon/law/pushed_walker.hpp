@@ -2,7 +2,6 @@
 // The settled motion of a walker that pushes the base it slips on.
 #include <array>
 #include <complex>
-#include <optional>
 #include <vector>
 
 #include "daemon/law/point.hpp"

@@ -7,7 +7,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <vector>
 
 #include "daemon/law/least_squares.hpp"
 #include "drivers/walker/no_stick.hpp"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <vector>
 
 #include "calibration/clocks/timebase.hpp"
 #include "calibration/harmonics/harmonic_fit.hpp"

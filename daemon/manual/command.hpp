@@ -75,6 +75,29 @@ struct Argument {
     [[nodiscard]] constexpr bool positional() const { return !name.starts_with('-'); }
 };
 
+/// An option with a number and its unit.
+constexpr Argument quantity_option(std::string_view name, std::string_view value, Dimension dimension,
+                                   Range allowed, std::string_view help, std::string_view standard = {},
+                                   std::string_view otherwise = {}) {
+    return {.name = name,
+            .value = value,
+            .help = help,
+            .kind = Kind::quantity,
+            .dimension = dimension,
+            .allowed = allowed,
+            .standard = standard,
+            .otherwise = otherwise};
+}
+
+/// An option with a whole number.
+constexpr Argument whole_option(std::string_view name, std::string_view value, Range allowed,
+                                std::string_view help, std::string_view standard = {},
+                                std::string_view otherwise = {}) {
+    Argument whole = quantity_option(name, value, {}, allowed, help, standard, otherwise);
+    whole.kind = Kind::whole;
+    return whole;
+}
+
 /// One row of the table.
 struct Command {
     std::string_view name;

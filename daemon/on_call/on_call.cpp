@@ -3,9 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <exception>
 #include <iterator>
 #include <utility>
+#include <vector>
 
 #include "daemon/run/run_setup.hpp"
 #include "drivers/errors.hpp"

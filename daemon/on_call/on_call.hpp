@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "daemon/run/runner.hpp"
 #include "daemon/run/walk_prediction.hpp"

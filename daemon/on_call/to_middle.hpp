@@ -1,6 +1,5 @@
 #pragma once
 // ToMiddle: leads the walker to the middle of the picture by a drive of its own, from rest to rest.
-#include <array>
 #include <functional>
 #include <string>
 #include <vector>

@@ -2,7 +2,6 @@
 // WayBack: one return of the walker, "go to x", and what the returns so far have shown.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 namespace shaker::on_call {

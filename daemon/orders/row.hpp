@@ -1,6 +1,5 @@
 #pragma once
 // The orders of a bench on call as one table. HTTP, shakerctl, SCPI, the page and Python are made from it.
-#include <array>
 #include <cstddef>
 #include <span>
 #include <string_view>

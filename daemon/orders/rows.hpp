@@ -1,6 +1,7 @@
 #pragma once
 // The rows of the table of orders, for tables that are made from them when the program is compiled.
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "daemon/orders/row.hpp"
@@ -9,6 +10,22 @@
 namespace shaker::orders {
 
 namespace of {
+
+/// When an order that begins a drive is allowed: at rest only. refused_in_campaign: as When::not_in_campaign.
+constexpr When begins(std::string_view refused_in_campaign) {
+    return {.driven = false,
+            .tripped = false,
+            .not_in_campaign = refused_in_campaign,
+            .starts = true,
+            .may_drive = true};
+}
+
+/// An order to a campaign under way, refused without one.
+constexpr Row to_campaign(std::string_view name, std::string_view summary, std::string_view scpi,
+                          std::string_view log) {
+    const When in_campaign{.at_rest = false, .driven = false, .tripped = false};
+    return {.name = name, .summary = summary, .scpi = scpi, .when = in_campaign, .log = log};
+}
 
 constexpr Field from(const PointField& p) {
     return {.key = p.key,
@@ -176,11 +193,7 @@ inline constexpr std::array<Row, 20> table{{
          "that is given is set with the start, or not at all.",
      .example = "shakerctl start --periods 40 --wait",
      .fields = of::start,
-     .when = {.driven = false,
-              .tripped = false,
-              .not_in_campaign = "the bench cannot be started",
-              .starts = true,
-              .may_drive = true}},
+     .when = of::begins("the bench cannot be started")},
     {.name = "stop",
      .summary = "Ramp the drive down softly",
      .when = {.at_rest = false, .tripped = false, .outlasts_abort = true, .overtakes = true},
@@ -188,11 +201,7 @@ inline constexpr std::array<Row, 20> table{{
     {.name = "identify",
      .summary = "Measure the response of the base to the drive at a low level",
      .scpi = "CONTrol:IDENtify[:STARt]",
-     .when = {.driven = false,
-              .tripped = false,
-              .not_in_campaign = "the response cannot be identified",
-              .starts = true,
-              .may_drive = true},
+     .when = of::begins("the response cannot be identified"),
      .log = "identification"},
     {.name = "middle",
      .summary = "Bring the walker to the middle of the picture",
@@ -201,11 +210,7 @@ inline constexpr std::array<Row, 20> table{{
                 "while it is not certain that the walker goes inwards.",
      .example = "shakerctl clear && shakerctl middle --wait",
      .scpi = "OUTPut:MIDDle",
-     .when = {.driven = false,
-              .tripped = false,
-              .not_in_campaign = "the walker cannot be brought to the middle",
-              .starts = true,
-              .may_drive = true},
+     .when = of::begins("the walker cannot be brought to the middle"),
      .log = "return to the middle"},
     {.name = "reset-walker",
      .summary = "Put the walker of a simulated bench back to the middle of its base",
@@ -226,40 +231,19 @@ inline constexpr std::array<Row, 20> table{{
      .example = "shakerctl scan phi --from 0deg --to 180deg --steps 13 --wait",
      .fields = of::campaign,
      .scpi = "CAMPaign:STARt",
-     .when = {.driven = false,
-              .tripped = false,
-              .not_in_campaign = "no other campaign can begin",
-              .starts = true,
-              .may_drive = true}},
+     .when = of::begins("no other campaign can begin")},
     {.name = "campaign/check",
      .summary = "Check how long a plan or a scan takes, and which points do not fit",
      .fields = of::campaign,
      .scpi = "CAMPaign:CHECk"},
-    {.name = "campaign/pause",
-     .summary = "Pause the campaign after the present measurement",
-     .scpi = "CAMPaign:PAUSe",
-     .when = {.at_rest = false, .driven = false, .tripped = false},
-     .log = "campaign pause"},
-    {.name = "campaign/resume",
-     .summary = "Go on with a campaign that is paused",
-     .scpi = "CAMPaign:RESume",
-     .when = {.at_rest = false, .driven = false, .tripped = false},
-     .log = "campaign resume"},
-    {.name = "campaign/skip",
-     .summary = "Leave the point in progress out",
-     .scpi = "CAMPaign:SKIP",
-     .when = {.at_rest = false, .driven = false, .tripped = false},
-     .log = "campaign skip"},
-    {.name = "campaign/repeat",
-     .summary = "Measure the last point again",
-     .scpi = "CAMPaign:REPeat",
-     .when = {.at_rest = false, .driven = false, .tripped = false},
-     .log = "campaign repeat"},
-    {.name = "campaign/stop",
-     .summary = "End the campaign after the point in progress",
-     .scpi = "CAMPaign:STOP",
-     .when = {.at_rest = false, .driven = false, .tripped = false},
-     .log = "campaign stop"},
+    of::to_campaign("campaign/pause", "Pause the campaign after the present measurement", "CAMPaign:PAUSe",
+                    "campaign pause"),
+    of::to_campaign("campaign/resume", "Go on with a campaign that is paused", "CAMPaign:RESume",
+                    "campaign resume"),
+    of::to_campaign("campaign/skip", "Leave the point in progress out", "CAMPaign:SKIP", "campaign skip"),
+    of::to_campaign("campaign/repeat", "Measure the last point again", "CAMPaign:REPeat", "campaign repeat"),
+    of::to_campaign("campaign/stop", "End the campaign after the point in progress", "CAMPaign:STOP",
+                    "campaign stop"),
     {.name = "mu",
      .summary = "Give the friction coefficient of walker and base",
      .details = "Walks are predicted by it until the measurements give a coefficient.",

@@ -1,6 +1,5 @@
 #pragma once
 // One period of the motion: the base from its harmonics, the walker's positions folded.
-#include <array>
 #include <complex>
 #include <span>
 #include <vector>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <utility>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>

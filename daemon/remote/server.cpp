@@ -3,8 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <atomic>
-#include <chrono>
-#include <cstdint>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -19,7 +17,6 @@
 #include "daemon/remote/web/live_frames.hpp"
 #include "daemon/remote/web/page_files.hpp"
 #include "daemon/remote/web/web_client.hpp"
-#include "daemon/service/bench_port.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/lent_priority.hpp"
 #include "drivers/realtime.hpp"

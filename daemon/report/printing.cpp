@@ -24,9 +24,9 @@ public:
 
 }  // namespace
 
-void say(std::string_view text) {
+void say(std::string_view text, std::FILE* to) {
     const std::string safe = printable(text, true);
-    std::fwrite(safe.data(), 1, safe.size(), stdout);
+    std::fwrite(safe.data(), 1, safe.size(), to);
 }
 
 std::string json_text(const nlohmann::json& json) {

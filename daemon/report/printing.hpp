@@ -3,6 +3,7 @@
 // text.
 #include <spdlog/formatter.h>
 
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -10,8 +11,8 @@
 
 namespace shaker::report {
 
-/// Writes the text to standard output, made printable; its line ends are kept.
-void say(std::string_view text);
+/// Writes the text, made printable; its line ends are kept.
+void say(std::string_view text, std::FILE* to = stdout);
 
 /// Indented JSON. Bytes that are not UTF-8 are replaced by U+FFFD.
 std::string json_text(const nlohmann::json& json);

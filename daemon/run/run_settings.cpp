@@ -2,8 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <utility>
-
 namespace shaker::run {
 
 void read_run_settings(const std::filesystem::path& file, RunOptions& options) {

@@ -9,7 +9,6 @@
 #include "daemon/control/harmonic_estimator.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
-#include "daemon/run/run_settings.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/synthesiser.hpp"

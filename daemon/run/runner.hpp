@@ -2,7 +2,6 @@
 // Leads any run on a bench: a single run, a bench on call, or a self-test.
 #include <atomic>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "daemon/acquisition/run_loops.hpp"

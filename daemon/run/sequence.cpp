@@ -2,13 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "drivers/errors.hpp"
-#include "drivers/time.hpp"
 
 namespace shaker::run {
 

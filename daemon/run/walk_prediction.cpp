@@ -26,12 +26,7 @@ bool alike(const Drive& a, const Drive& b, double phi) {
 }
 
 double settled_drift(const Drive& drive, double mu, double g) {
-    walker::WalkerSetting setting;
-    setting.frequency = drive.frequency;
-    setting.base = harmonics(drive);
-    setting.g = g;
-    setting.friction = {mu, mu, 0};
-    return settle(walker::WalkerLaw{setting}).v_D;
+    return settle(walker::WalkerLaw{walker::coulomb(drive, mu, g)}).v_D;
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "daemon/run/walker_monitor.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "calibration/camera/camera_scale.hpp"

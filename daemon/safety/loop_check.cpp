@@ -27,13 +27,13 @@ double peak_of(const Harmonics<Acceleration>& a) {
     return largest;
 }
 
-// Response at a level relative to the highest one, by least squares over the harmonics.
-std::complex<double> relative(const control::IdentifiedLevel& level, const control::IdentifiedResponse& r) {
+// x as a multiple of `of`, by least squares over the harmonics.
+std::complex<double> relative(const auto& x, const auto& of) {
     std::complex<double> sum = 0;
     double squares = 0;
     for (std::size_t q = 0; q < max_harmonics; ++q) {
-        sum += std::conj(r.h[q]) * level.h[q];
-        squares += std::norm(r.h[q]);
+        sum += std::conj(of[q]) * x[q];
+        squares += std::norm(of[q]);
     }
     return squares > 0 ? sum / squares : 1.0;
 }
@@ -50,7 +50,7 @@ LowLevel low_level(const LoopCheckPlan& plan, double full_V) {
     LowLevel low{std::min(1.0, full > 0 ? wanted / full : 0)};
     if (plan.identified == nullptr) return low;
     for (const control::IdentifiedLevel& level : plan.identified->levels) {
-        const std::complex<double> response = relative(level, *plan.identified);
+        const std::complex<double> response = relative(level.h, plan.identified->h);
         if (std::abs(response) < free_share) continue;
         if (&level != &plan.identified->levels.front())
             low.drive = std::clamp(level.peak_V / full_V, low.drive, 1.0);
@@ -80,13 +80,7 @@ LoopCheck::LoopCheck(const LoopCheckPlan& plan)
 }
 
 bool LoopCheck::take(const Harmonics<Acceleration>& measured, int window_periods) {
-    std::complex<double> sum = 0;
-    double squares = 0;
-    for (std::size_t q = 0; q < max_harmonics; ++q) {
-        sum += std::conj(expected_.a[q]) * measured.a[q];
-        squares += std::norm(expected_.a[q]);
-    }
-    ratios_.push_back(squares > 0 ? sum / squares : 1.0);
+    ratios_.push_back(relative(measured.a, expected_.a));
     taken_ += window_periods;
     return taken_ >= periods && ratios_.size() > 1;
 }

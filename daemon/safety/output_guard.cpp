@@ -1,10 +1,8 @@
 #include "daemon/safety/output_guard.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "drivers/data.hpp"
 #include "drivers/time.hpp"
 
 namespace shaker::safety {

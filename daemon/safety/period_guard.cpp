@@ -1,7 +1,6 @@
 #include "daemon/safety/period_guard.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace shaker::safety {
 
@@ -23,20 +22,23 @@ bool finite(const control::PeriodWindow& m) {
     return std::isfinite(m.sd) &&
            std::ranges::all_of(m.measured.a, [](const auto& a) { return std::isfinite(std::abs(a)); });
 }
+
+Trip trip(std::int64_t tick, Cause cause, double value, double limit, int q = 0,
+          StopKind stop = StopKind::soft) {
+    return {.cause = cause,
+            .stop = stop,
+            .on_dac_clock = true,
+            .harmonic = q,
+            .value = value,
+            .limit = limit,
+            .tick = tick};
+}
+
 }  // namespace
 
 std::optional<Trip> PeriodGuard::check(const JudgedWindow& w, Warnings& warnings) {
-    const auto trip = [&](Cause cause, StopKind stop, double value, double limit, int q = 0) {
-        return Trip{.cause = cause,
-                    .stop = stop,
-                    .on_dac_clock = true,
-                    .harmonic = q,
-                    .value = value,
-                    .limit = limit,
-                    .tick = w.tick};
-    };
     if (!finite(w.motion)) {
-        if (on(Cause::sensor_not_finite)) return trip(Cause::sensor_not_finite, StopKind::soft, NAN, 0);
+        if (on(Cause::sensor_not_finite)) return trip(w.tick, Cause::sensor_not_finite, NAN, 0);
         return std::nullopt;
     }
     Harmonics<Acceleration> must;
@@ -54,40 +56,31 @@ std::optional<Trip> PeriodGuard::check(const JudgedWindow& w, Warnings& warnings
     if (expected > floor && (w.noise > 0 || equal) && seen < least_seen * expected) {
         if (equal && on(Cause::sensor_frozen)) {
             const double period = static_cast<double>(w.estimate.samples) / w.estimate.periods;
-            return trip(Cause::sensor_frozen, StopKind::soft, w.estimate.samples, 0.25 * period);
+            return trip(w.tick, Cause::sensor_frozen, w.estimate.samples, 0.25 * period);
         }
         if (!equal && on(Cause::sensor_open))
-            return trip(Cause::sensor_open, StopKind::soft, seen / expected, least_seen);
+            return trip(w.tick, Cause::sensor_open, seen / expected, least_seen);
     }
     for (int q = 1; q <= 2; ++q) {
         const double along = std::abs(w.motion.measured.at(q)), beside = across(w.estimate, q);
         if (!(std::max(along, beside) > floor) || w.noise <= 0) continue;
         const double share = beside / std::max(along, 1e-3 * beside);
         if (share > limits_.transverse.abort && on(Cause::transverse))
-            return trip(Cause::transverse, StopKind::soft, share, limits_.transverse.abort, q);
+            return trip(w.tick, Cause::transverse, share, limits_.transverse.abort, q);
         if (share > limits_.transverse.warn) warnings.count(Cause::transverse);
     }
     if (w.followed && asked > 0 && std::sqrt(drive) > most_drive * std::sqrt(asked) && on(Cause::gain_limit))
-        return trip(Cause::gain_limit, StopKind::hard, std::sqrt(drive / asked), most_drive);
+        return trip(w.tick, Cause::gain_limit, std::sqrt(drive / asked), most_drive, 0, StopKind::hard);
     return w.followed && asked > 0 ? judge_target(w, warnings) : std::nullopt;
 }
 
 std::optional<Trip> PeriodGuard::judge_target(const JudgedWindow& w, Warnings& warnings) {
-    const auto trip = [&](Cause cause, double value, double limit, int q = 0) {
-        return Trip{.cause = cause,
-                    .stop = StopKind::soft,
-                    .on_dac_clock = true,
-                    .harmonic = q,
-                    .value = value,
-                    .limit = limit,
-                    .tick = w.tick};
-    };
     if (w.report.mode == control::Equaliser::Mode::failed && on(Cause::loop_divergence))
-        return trip(Cause::loop_divergence, w.report.error, divergence);
+        return trip(w.tick, Cause::loop_divergence, w.report.error, divergence);
     if (w.report.locked) near_ = true;
     if (!near_) return std::nullopt;
     if (w.report.error > divergence && on(Cause::loop_divergence))
-        return trip(Cause::loop_divergence, w.report.error, divergence);
+        return trip(w.tick, Cause::loop_divergence, w.report.error, divergence);
     const double all = control::norm(w.target, max_harmonics) * w.report.reached;
     double worst = 0;
     int which = 0;
@@ -100,29 +93,20 @@ std::optional<Trip> PeriodGuard::judge_target(const JudgedWindow& w, Warnings& w
     if (worst > band_warn_db) warnings.count(Cause::harmonic_band);
     off_ = worst > band_db ? off_ + 1 : 0;
     if (off_ >= off_windows && on(Cause::harmonic_band))
-        return trip(Cause::harmonic_band, worst, band_db, which);
+        return trip(w.tick, Cause::harmonic_band, worst, band_db, which);
     return std::nullopt;
 }
 
 std::optional<Trip> PeriodGuard::check(const control::IdentifiedResponse& r, bool axis_known, bool ended,
                                        std::int64_t tick) const {
-    const auto trip = [&](Cause cause, double value, double limit) {
-        return Trip{.cause = cause,
-                    .stop = StopKind::soft,
-                    .on_dac_clock = true,
-                    .harmonic = 1,
-                    .value = value,
-                    .limit = limit,
-                    .tick = tick};
-    };
     const double best =
         *std::max_element(r.coherence.begin(), r.coherence.begin() + std::max(r.harmonics, 1));
     if (!(best >= least_coherence) && on(Cause::sensor_open))
-        return trip(Cause::sensor_open, best, least_coherence);
+        return trip(tick, Cause::sensor_open, best, least_coherence, 1);
     if ((r.gain > most_sheet_gain || (ended && r.gain < 1 / most_sheet_gain)) && on(Cause::gain_limit))
-        return trip(Cause::gain_limit, r.gain, r.gain > 1 ? most_sheet_gain : 1 / most_sheet_gain);
+        return trip(tick, Cause::gain_limit, r.gain, r.gain > 1 ? most_sheet_gain : 1 / most_sheet_gain, 1);
     if (axis_known && r.polarity_doubtful() && on(Cause::polarity))
-        return trip(Cause::polarity, std::cos(r.turn), 0);
+        return trip(tick, Cause::polarity, std::cos(r.turn), 0, 1);
     return std::nullopt;
 }
 

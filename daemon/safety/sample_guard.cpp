@@ -1,7 +1,5 @@
 #include "daemon/safety/sample_guard.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
 #include "drivers/time.hpp"

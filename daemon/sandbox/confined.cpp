@@ -22,11 +22,9 @@
 #include <memory>
 #include <new>
 #include <stdexcept>
-#include <utility>
 
 #include "daemon/manual/command.hpp"
 #include "daemon/sandbox/relay.hpp"
-#include "daemon/sandbox/rights.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/recorded/recording_file.hpp"
 

@@ -13,7 +13,6 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/disk_file.hpp"
-#include "drivers/recorded/h5/file_lock.hpp"
 #include "drivers/recorded/recording_file.hpp"
 
 namespace shaker::sandbox {

@@ -14,7 +14,6 @@
 
 #include "daemon/manual/command.hpp"
 #include "daemon/sandbox/relay.hpp"
-#include "daemon/sandbox/rights.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::sandbox {

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/manual/command.hpp"
 #include "drivers/footage/lab_session.hpp"
 #include "drivers/footage/media.hpp"
 

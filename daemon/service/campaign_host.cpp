@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <future>
-#include <memory>
 #include <utility>
 
 #include "daemon/campaign/lead/campaign.hpp"

@@ -1,7 +1,5 @@
 #include "daemon/service/published.hpp"
 
-#include <array>
-
 namespace shaker::service {
 
 namespace {

@@ -3,8 +3,8 @@
 #include "drivers/codecs/movie_stamps.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
+#include <string>
 
 extern "C" {
 #include <libavformat/avformat.h>

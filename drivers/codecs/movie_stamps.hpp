@@ -2,7 +2,6 @@
 // What a movie's container states of its pictures, without decoding them.
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace shaker::codecs {

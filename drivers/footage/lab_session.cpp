@@ -5,9 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <set>
-#include <string>
 
-#include "drivers/devices.hpp"
 #include "drivers/drive.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/footage/csv.hpp"

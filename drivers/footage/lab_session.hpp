@@ -1,6 +1,5 @@
 #pragma once
 // Footage of other laboratories: movies and a table of accelerations, described by a session.toml.
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>

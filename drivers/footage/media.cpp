@@ -1,7 +1,6 @@
 #include "drivers/footage/media.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstring>
 #include <utility>

@@ -1,6 +1,5 @@
 // Movies, decoded by OpenCV, with the stamps of their container.
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "drivers/codecs/codecs.hpp"

@@ -1,7 +1,6 @@
 #include "drivers/footage/movie_writer.hpp"
 
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 #include "drivers/codecs/codecs.hpp"
 #include "drivers/errors.hpp"

@@ -7,7 +7,6 @@
 #include <set>
 #include <utility>
 
-#include "drivers/hardware/gpio/contact_input.hpp"
 #include "drivers/view_settings.hpp"
 
 namespace shaker::hardware {

@@ -1,6 +1,7 @@
 #include "drivers/optics/board.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>

@@ -1,7 +1,6 @@
 #pragma once
 // ChArUco board: a chess board with a marker in each light square, and its pictures as a camera sees them,
 // with exact sub-pixel edges.
-#include <array>
 #include <cstdint>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/written_file.hpp"

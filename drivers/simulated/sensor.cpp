@@ -5,7 +5,6 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
-#include <random>
 #include <sstream>
 #include <utility>
 

@@ -1,6 +1,7 @@
 #include "drivers/simulated/shaker_truth.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "drivers/simulated/settings_parts.hpp"
 

@@ -1,6 +1,7 @@
 #pragma once
 // The true view of a simulated camera, where it differs from the view in its settings; and the report of a
 // camera that gives positions: true places on its picture, with noise.
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>

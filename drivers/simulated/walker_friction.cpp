@@ -1,6 +1,5 @@
 #include "drivers/simulated/walker_friction.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -12,7 +12,6 @@
 #include "drivers/realtime.hpp"
 #include "drivers/simulated/true_view.hpp"
 #include "drivers/simulated/world_state.hpp"
-#include "drivers/time.hpp"
 
 namespace shaker::simulated {
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "drivers/time.hpp"
-
 namespace shaker::simulated {
 
 namespace {

@@ -1,13 +1,10 @@
 #include "drivers/walker/integrated_walker.hpp"
 
-#include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <cmath>
 #include <tuple>
-
-#include "drivers/walker/friction.hpp"
 
 namespace shaker::walker {
 

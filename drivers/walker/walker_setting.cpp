@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "drivers/errors.hpp"
-#include "drivers/walker/friction.hpp"
 
 namespace shaker::walker {
 

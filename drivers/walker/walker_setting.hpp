@@ -17,6 +17,11 @@ struct WalkerSetting {
     Friction friction{};
 };
 
+/// A level walker with one coefficient of friction.
+inline WalkerSetting coulomb(const Drive& drive, double mu, double g) {
+    return {.frequency = drive.frequency, .base = harmonics(drive), .g = g, .friction = {mu, mu, 0}};
+}
+
 /// The setting. Throws InputError that names the error: frequency, g, friction or tilt out of range,
 /// non-finite values, or a walker that leaves the base (n <= 0, with the smallest n and its phase).
 WalkerSetting checked(const WalkerSetting& setting);

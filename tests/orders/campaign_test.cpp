@@ -13,11 +13,11 @@ namespace {
 TEST(CampaignTest, ResumedSearchCountsEarlierSeeds) {
     const auto folder = test::fresh_folder();
     const auto play_seeds = [&](std::uint64_t seeds, const char* done) {
-        return play({.first = 3, .seeds = seeds, .done = folder / done, .folder = folder / "work"});
+        return play({.first = 4, .seeds = seeds, .done = folder / done, .folder = folder / "work"});
     };
     const Totals whole = play_seeds(4, "whole.json");
     const Totals part = play_seeds(2, "parts.json");
-    std::ofstream{folder / "parts.json", std::ios::app} << "{\"seed\": 5, \"torn by a power";
+    std::ofstream{folder / "parts.json", std::ios::app} << "{\"seed\": 6, \"torn by a power";
     std::ofstream{folder / "parts.json", std::ios::app} << '\n';
     const Totals again = play_seeds(4, "parts.json");
     EXPECT_TRUE(whole.broken.empty());

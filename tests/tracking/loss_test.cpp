@@ -130,9 +130,10 @@ INSTANTIATE_TEST_SUITE_P(Tracking, LossTest,
 TEST(ClutterTest, NoBumpOfTheGroundIsTakenForALostDot) {
     for (const double rms : {10.0, 25.0}) {
         std::mt19937_64 random{4};
+        test::TestPicture ground{width, height, 90};
+        ground.texture({0, 0, width, height}, {0, 0}, rms, 21);
         const auto shot = [&](Point at) {
-            test::TestPicture p{width, height, 90};
-            p.texture({0, 0, width, height}, {0, 0}, rms, 21);
+            test::TestPicture p = ground;
             p.disc(at, 6, 200, 0.8);
             return p.expose({.noise = 3}, random);
         };

@@ -1,7 +1,6 @@
 #include "tracking/image/region.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>

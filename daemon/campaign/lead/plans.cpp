@@ -7,7 +7,6 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <system_error>
 
 #include "daemon/run/run_setup.hpp"

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <initializer_list>
 
 #include "calibration/camera/printed_targets.hpp"
-#include "daemon/manual/values.hpp"
 #include "daemon/report/printing.hpp"
 #include "drivers/optics/bar_code.hpp"
 
@@ -20,25 +18,9 @@ using manual::Kind;
 
 constexpr std::array<std::string_view, 4> calibrated_devices{"accelerometer", "response", "camera", "strip"};
 
-constexpr Argument length_argument(std::string_view name, std::string_view help, Range allowed,
-                                   std::string_view standard) {
-    return {.name = name,
-            .value = "LENGTH",
-            .help = help,
-            .kind = Kind::quantity,
-            .dimension = Dimension::length,
-            .allowed = allowed,
-            .standard = standard};
-}
-
-constexpr Argument whole_argument(std::string_view name, std::string_view help, Range allowed,
-                                  std::string_view standard) {
-    return {.name = name,
-            .value = "NUMBER",
-            .help = help,
-            .kind = Kind::whole,
-            .allowed = allowed,
-            .standard = standard};
+constexpr Argument length_option(std::string_view name, Range allowed, std::string_view help,
+                                 std::string_view standard = {}) {
+    return manual::quantity_option(name, "LENGTH", Dimension::length, allowed, help, standard);
 }
 
 constexpr std::array calibrate_arguments{
@@ -59,48 +41,25 @@ constexpr std::array calibrate_arguments{
                      "the board on the base (PNG, TIFF, ...)",
              .kind = Kind::file,
              .many = true},
-    Argument{.name = "--g",
-             .value = "ACCELERATION",
-             .help = "Gravity of the place",
-             .kind = Kind::quantity,
-             .dimension = Dimension::acceleration,
-             .allowed = {9.75, 9.85},
-             .otherwise = "from --latitude and --height"},
-    Argument{.name = "--g-error",
-             .value = "ACCELERATION",
-             .help = "Its standard error",
-             .kind = Kind::quantity,
-             .dimension = Dimension::acceleration,
-             .allowed = {0, 0.01},
-             .standard = "0m/s^2"},
-    Argument{.name = "--latitude",
-             .value = "ANGLE",
-             .help = "Latitude of the place, north or south; the gravity that follows is right to 3e-4 m/s^2",
-             .kind = Kind::quantity,
-             .dimension = Dimension::angle,
-             .allowed = {-1.5707964, 1.5707964}},
-    Argument{.name = "--height",
-             .value = "LENGTH",
-             .help = "Its height above the sea",
-             .kind = Kind::quantity,
-             .dimension = Dimension::length,
-             .allowed = {-500, 9000},
-             .standard = "0m"},
-    Argument{.name = "--hold",
-             .value = "TIME",
-             .help = "Time of rest that makes an attitude, or a picture of the board",
-             .kind = Kind::quantity,
-             .dimension = Dimension::time,
-             .allowed = {0.5, 600},
-             .standard = "2s"},
+    manual::quantity_option("--g", "ACCELERATION", Dimension::acceleration, {9.75, 9.85},
+                            "Gravity of the place", {}, "from --latitude and --height"),
+    manual::quantity_option("--g-error", "ACCELERATION", Dimension::acceleration, {0, 0.01},
+                            "Its standard error", "0m/s^2"),
+    manual::quantity_option(
+        "--latitude", "ANGLE", Dimension::angle, {-1.5707964, 1.5707964},
+        "Latitude of the place, north or south; the gravity that follows is right to 3e-4 m/s^2"),
+    length_option("--height", {-500, 9000}, "Its height above the sea", "0m"),
+    manual::quantity_option("--hold", "TIME", Dimension::time, {0.5, 600},
+                            "Time of rest that makes an attitude, or a picture of the board", "2s"),
     Argument{.name = "--output",
              .letter = 'o',
              .value = "FILE",
              .help = "Calibration file; the records of a live accelerometer are kept beside it as CSV",
              .kind = Kind::file,
              .otherwise = "accelerometer-DATE.toml, response-DATE.toml, camera-NAME-DATE.toml, strip.pdf"},
-    Argument{.name = "--coupled-dc",
-             .help = "response: the sensor has no lower corner; only for certificates, recordings contain it"},
+    Argument{
+        .name = "--coupled-dc",
+        .help = "response: the sensor has no lower corner; only for certificates, recordings contain it"},
     Argument{.name = "--camera",
              .value = "NAME",
              .help = "camera: its name",
@@ -110,37 +69,27 @@ constexpr std::array calibrate_arguments{
              .value = "FILE",
              .help = "camera: write the board as a PDF of exact size, and do nothing else",
              .kind = Kind::file},
-    length_argument("--square", "camera: side of the board's squares, as measured", {5e-4, 1}, "10mm"),
-    length_argument("--marker", "camera: side of its markers", {2e-4, 1}, "7mm"),
-    whole_argument("--columns", "camera: squares in a row of the board", {3, 100}, "17"),
-    whole_argument("--rows", "camera: rows of squares", {3, 100}, "11"),
-    Argument{.name = "--board-error",
-             .value = "RATIO",
-             .help = "camera: relative standard error of --square",
-             .kind = Kind::quantity,
-             .dimension = Dimension::ratio,
-             .allowed = {1e-9, 0.1},
-             .standard = "0.0002"},
-    length_argument("--thickness", "camera: of the board; its face lies so high over the reference plane",
-                    {0, 1}, "0mm"),
+    length_option("--square", {5e-4, 1}, "camera: side of the board's squares, as measured", "10mm"),
+    length_option("--marker", {2e-4, 1}, "camera: side of its markers", "7mm"),
+    manual::whole_option("--columns", "NUMBER", {3, 100}, "camera: squares in a row of the board", "17"),
+    manual::whole_option("--rows", "NUMBER", {3, 100}, "camera: rows of squares", "11"),
+    manual::quantity_option("--board-error", "RATIO", Dimension::ratio, {1e-9, 0.1},
+                            "camera: relative standard error of --square", "0.0002"),
+    length_option("--thickness", {0, 1},
+                  "camera: of the board; its face lies so high over the reference plane", "0mm"),
     Argument{.name = "--raised",
              .value = "FILE",
              .help = "camera: with --from: pictures of the board raised by --raised-by",
              .kind = Kind::file,
              .many = true},
-    length_argument("--raised-by", "camera: height of the spacer under the raised board", {0, 10}, "0mm"),
-    length_argument("--height-error", "camera: standard error of each height", {1e-9, 0.1}, "0.05mm"),
-    length_argument("--walker-height", "camera: plane of the walker over the reference plane", {-1, 10},
-                    "0mm"),
-    length_argument("--distance", "camera: with --from: lens to the reference plane; 0: telecentric",
-                    {0, 100}, "0mm"),
-    Argument{.name = "--distance-error",
-             .value = "RATIO",
-             .help = "camera: relative standard error of --distance, or of the distance in the rig file",
-             .kind = Kind::quantity,
-             .dimension = Dimension::ratio,
-             .allowed = {1e-9, 1},
-             .standard = "0.1"},
+    length_option("--raised-by", {0, 10}, "camera: height of the spacer under the raised board", "0mm"),
+    length_option("--height-error", {1e-9, 0.1}, "camera: standard error of each height", "0.05mm"),
+    length_option("--walker-height", {-1, 10}, "camera: plane of the walker over the reference plane", "0mm"),
+    length_option("--distance", {0, 100}, "camera: with --from: lens to the reference plane; 0: telecentric",
+                  "0mm"),
+    manual::quantity_option(
+        "--distance-error", "RATIO", Dimension::ratio, {1e-9, 1},
+        "camera: relative standard error of --distance, or of the distance in the rig file", "0.1"),
     Argument{
         .name = "--axis",
         .help =
@@ -148,9 +97,10 @@ constexpr std::array calibrate_arguments{
         .kind = Kind::word,
         .words = axis_words,
         .standard = "settings"},
-    whole_argument("--pictures", "camera: live: pictures on the base; a third as many raised", {1, 100}, "9"),
-    length_argument("--length", "camera: the quick way: a known length in the base's plane", {1e-3, 10}, ""),
-    length_argument("--length-error", "camera: its standard error", {0, 1}, "0.1mm"),
+    manual::whole_option("--pictures", "NUMBER", {1, 100},
+                         "camera: live: pictures on the base; a third as many raised", "9"),
+    length_option("--length", {1e-3, 10}, "camera: the quick way: a known length in the base's plane"),
+    length_option("--length-error", {0, 1}, "camera: its standard error", "0.1mm"),
     Argument{.name = "--ends",
              .value = "X,Y,X,Y",
              .help = "camera: its ends in the picture, px",
@@ -163,21 +113,12 @@ constexpr std::array calibrate_arguments{
              .value = "FILE",
              .help = "camera: write the corners and their residuals as CSV; plot_board.py draws them",
              .kind = Kind::file},
-    length_argument("--strip-length", "strip: its length", {0.02, 3}, "200mm"),
-    length_argument("--strip-height", "strip: its height", {1e-3, 1}, "12mm"),
-    length_argument("--bar-least", "strip: least width of a bar", {1e-4, 0.1}, "3mm"),
-    length_argument("--bar-most", "strip: greatest width of a bar", {1e-4, 0.1}, "8mm"),
-    whole_argument("--seed", "strip: its bars follow from this number", {1, 1e9}, "1"),
+    length_option("--strip-length", {0.02, 3}, "strip: its length", "200mm"),
+    length_option("--strip-height", {1e-3, 1}, "strip: its height", "12mm"),
+    length_option("--bar-least", {1e-4, 0.1}, "strip: least width of a bar", "3mm"),
+    length_option("--bar-most", {1e-4, 0.1}, "strip: greatest width of a bar", "8mm"),
+    manual::whole_option("--seed", "NUMBER", {1, 1e9}, "strip: its bars follow from this number", "1"),
     manual::json_argument};
-
-// Refuses arguments that are neither `common` nor of this device by their help.
-void refuse_others(std::string_view device, const manual::Values& values,
-                   std::initializer_list<std::string_view> common) {
-    for (const Argument& a : calibrate_arguments)
-        if (values.has(a.name) && !a.help.starts_with(fmt::format("{}:", device)) &&
-            std::ranges::find(common, a.name) == common.end())
-            throw InputError{fmt::format("calibrate {}: {} is for another device", device, a.name)};
-}
 
 // Writes bars for the base as a PDF and prints how to check it. The file is not overwritten. InputError if
 // the widths do not fit or the strip has too few edges for tracking.
@@ -212,12 +153,25 @@ int act_on_strip(const manual::Values& values) {
     return manual::exit_ok;
 }
 
-int act_on_calibrate(const manual::Values& values) {
+}  // namespace
+
+void refuse_others(std::string_view device, const manual::Values& values,
+                   std::initializer_list<std::string_view> common) {
+    for (const Argument& a : calibrate_arguments)
+        if (values.has(a.name) && !a.help.starts_with(fmt::format("{}:", device)) &&
+            std::ranges::find(common, a.name) == common.end())
+            throw InputError{fmt::format("calibrate {}: {} is for another device", device, a.name)};
+}
+
+int calibrate(const manual::Values& values) {
     const std::string device = values.text("DEVICE");
     if (device == "strip") return act_on_strip(values);
     if (device == "response") {
         refuse_others("response", values, {"DEVICE", "--from", "--output", "--json"});
-        calibrate_response(values);
+        const std::vector<std::string> from = values.texts("--from");
+        if (from.empty())
+            throw InputError{"calibrate response: --coupled-dc is for a certificate; name it by --from"};
+        calibrate_response(values, response_file(values), {from.begin(), from.end()});
         return manual::exit_ok;
     }
     if (device == "camera") {
@@ -231,9 +185,7 @@ int act_on_calibrate(const manual::Values& values) {
     return manual::exit_ok;
 }
 
-}  // namespace
-
-manual::Command calibrate_row() {
+manual::Command calibrations_row() {
     return {
         .name = "calibrate",
         .summary = "Calibrate a sensor of the bench and write its calibration file",
@@ -245,15 +197,15 @@ manual::Command calibrate_row() {
             "it on the base in several places and turned, then raised by a known height; scale, tilt, "
             "distance "
             "and lens follow from the corners of its squares. The rig file names the result in the camera's "
-            "table. response: lower corner and low-pass of the accelerometer from what its cameras saw at "
-            "the "
-            "same time: drive the lines of the plan response.toml with \"shakerd campaign\", then give its "
-            "folder. The rig file names the result: [accelerometer] response = \"FILE\". strip: prints bars "
+            "table. response: lower corner and low-pass of the accelerometer: two drives of eight lines "
+            "each, 5 to 200 Hz and at most 0.35 g, which the cameras see at the same time, 65 s; their "
+            "recordings stay in a folder beside the file. With --from nothing is driven. The rig file names "
+            "the result: [accelerometer] response = \"FILE\". strip: prints bars "
             "of irregular width as a PDF, for a target of kind \"code\".",
         .arguments = calibrate_arguments,
         .example = "shakerd calibrate accelerometer --rig bench.toml --latitude 52.1deg --height 80m",
         .exit_statuses = {manual::exit_device, manual::exit_signal},
-        .act = act_on_calibrate};
+        .act = calibrate};
 }
 
 }  // namespace shaker::commands

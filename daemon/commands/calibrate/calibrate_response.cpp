@@ -101,16 +101,17 @@ nlohmann::json fit_json(const FittedResponse& fit, const ResponseSource& source,
 
 }  // namespace
 
-void calibrate_response(const manual::Values& values) {
-    const std::vector<std::string> from = values.texts("--from");
-    if (from.empty())
-        throw InputError{
-            "calibrate response: --from is missing: recordings, the folder of a campaign (plan "
-            "response.toml), "
-            "or a certificate (CSV)"};
-    const std::string output = values.text("--output"), date = recording::local_time_text();
-    NewFile file{output.empty() ? "response-" + date.substr(0, 10) + ".toml" : output};
-    ResponseSource source = response_source({from.begin(), from.end()});
+std::filesystem::path response_file(const manual::Values& values) {
+    const std::string output = values.text("--output");
+    return NewFile{output.empty() ? "response-" + recording::local_time_text().substr(0, 10) + ".toml"
+                                  : output}
+        .name();
+}
+
+void calibrate_response(const manual::Values& values, const std::filesystem::path& output,
+                        const std::vector<std::filesystem::path>& from) {
+    NewFile file{output};
+    ResponseSource source = response_source(from);
     if (values.has("--coupled-dc") && !source.sensor.empty())
         throw InputError{"calibrate response: --coupled-dc is for a certificate; recordings contain it"};
     source.gravity = source.gravity || values.has("--coupled-dc");
@@ -122,7 +123,8 @@ void calibrate_response(const manual::Values& values) {
                         "wrong, or is one "
                         "run of another sensor? Nothing is written. Nearest: {}, {}",
                         fit.chi2, fit.freedom, words(fit.response.lower), words(fit.response.upper))};
-    file.append(calibration::response_text(date, source.sensor, fit, findings(source, fit)));
+    file.append(
+        calibration::response_text(recording::local_time_text(), source.sensor, fit, findings(source, fit)));
     if (values.has("--json")) {
         report::say(report::json_text(fit_json(fit, source, file.name())) + "\n");
         return;

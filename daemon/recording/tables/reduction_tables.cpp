@@ -2,8 +2,6 @@
 
 #include <span>
 
-#include "daemon/recording/tables/run_tables.hpp"
-
 namespace shaker::recording {
 
 namespace {

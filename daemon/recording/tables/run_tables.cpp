@@ -1,7 +1,5 @@
 #include "daemon/recording/tables/run_tables.hpp"
 
-#include "daemon/recording/tables/columns.hpp"
-
 namespace shaker::recording {
 
 namespace {

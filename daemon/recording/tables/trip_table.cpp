@@ -1,7 +1,6 @@
 #include "daemon/recording/tables/trip_table.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "daemon/recording/tables/columns.hpp"
 

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <boost/math/special_functions/sinc.hpp>
 #include <cmath>
-#include <numbers>
-#include <vector>
 
 #include "calibration/accelerometer/transverse.hpp"
 #include "drivers/drive.hpp"

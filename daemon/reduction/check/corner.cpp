@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <span>
-#include <vector>
 
 #include "calibration/harmonics/harmonic_gradients.hpp"
 #include "drivers/drive.hpp"

@@ -2,7 +2,6 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <string>
 
 #include "daemon/manual/parser.hpp"
 #include "daemon/remote/ctl/outcome.hpp"

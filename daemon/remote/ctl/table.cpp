@@ -5,7 +5,6 @@
 #include <cstdlib>
 
 #include "daemon/manual/help.hpp"
-#include "daemon/manual/values.hpp"
 #include "daemon/orders/rows.hpp"
 #include "daemon/remote/ctl/outcome.hpp"
 #include "daemon/remote/ctl/state_text.hpp"
@@ -151,26 +150,15 @@ constexpr std::array campaign_arguments{
 constexpr std::array watch_arguments{
     Argument{.name = "--json",
              .help = "Print each message of the daemon as one line of JSON, ten or more per second"},
-    Argument{.name = "--seconds",
-             .value = "S",
-             .help = "Exit after this time",
-             .kind = Kind::quantity,
-             .dimension = Dimension::time,
-             .allowed = waits,
-             .otherwise = "never"}};
+    manual::quantity_option("--seconds", "S", Dimension::time, waits, "Exit after this time", {}, "never")};
 
 constexpr std::array fetch_arguments{Argument{
     .name = "WHAT", .help = "state, result, points or metrics", .kind = Kind::word, .words = fetch_words}};
 
 constexpr std::array wait_arguments{
     Argument{.name = "STATE", .help = "Name of a state", .kind = Kind::word, .words = state_words},
-    Argument{.name = "--timeout",
-             .value = "S",
-             .help = "Exit with status 75 after this time",
-             .kind = Kind::quantity,
-             .dimension = Dimension::time,
-             .allowed = waits,
-             .otherwise = "never"}};
+    manual::quantity_option("--timeout", "S", Dimension::time, waits, "Exit with status 75 after this time",
+                            {}, "never")};
 
 constexpr std::array<int, 5> waits_too{exit_refused, exit_not_reached, exit_timed_out};
 

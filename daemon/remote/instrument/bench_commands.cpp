@@ -1,7 +1,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -26,10 +25,7 @@ void limit_rows(BenchInstrument& bench, std::vector<Command>& rows, const safety
                  [&bench, level, end](scpi::Call& call) {
                      bench.order(call.session, service::LowerLimit{{level, end}, call.arguments[0].number});
                  },
-             .query =
-                 [&bench, level, end](scpi::Call& call) {
-                     call.reply.number((bench.pending_orders().limits().*level).*end);
-                 },
+             .query = one([&bench, level, end] { return (bench.pending_orders().limits().*level).*end; }),
              .guarded = true});
     };
     row("WARN", &safety::Level::warn);
@@ -78,18 +74,12 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
              [&bench](scpi::Call& call) {
                  bench.order(call.session, service::LowerLimit{{}, 1e3 * call.arguments[0].number});
              },
-         .query =
-             [&bench](scpi::Call& call) {
-                 call.reply.number(1e-3 * bench.pending_orders().limits().edge_mm);
-             },
+         .query = one([&bench] { return 1e-3 * bench.pending_orders().limits().edge_mm; }),
          .guarded = true});
-    rows.push_back({.header = "LIMit:OPEN:STATe", .query = [&bench](scpi::Call& call) {
-                        const auto which = static_cast<std::size_t>(safety::Cause::sensor_open);
-                        call.reply.boolean(bench.pending_orders().limits().detectors[which]);
-                    }});
-    rows.push_back({.header = "SYSTem:STATe",
-                    .query = [&bench](scpi::Call& call) { call.reply.string(name(bench.state()->state)); },
-                    .without = scpi::empty_string});
+    constexpr auto open = static_cast<std::size_t>(safety::Cause::sensor_open);
+    rows.push_back({.header = "LIMit:OPEN:STATe",
+                    .query = one([&bench] { return bench.pending_orders().limits().detectors.test(open); })});
+    rows.push_back(asks(bench, "SYSTem:STATe", [](const auto& s) { return name(s.state); }));
     rows.push_back({.header = "SYSTem:HEALth",
                     .query =
                         [&bench](scpi::Call& call) {
@@ -107,13 +97,8 @@ std::vector<Command> bench_commands(BenchInstrument& bench) {
     rows.push_back({.header = "SYSTem:HEALth:RTIMe",
                     .query = [&bench](scpi::Call& call) { refusals(bench.state()->real_time, call.reply); },
                     .without = scpi::empty_string});
-    rows.push_back({.header = "SYSTem:HEALth:CONTact",
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const auto contact = bench.state()->contact;
-                            call.reply.string(contact ? service::word_of(*contact) : "");
-                        },
-                    .without = scpi::empty_string});
+    rows.push_back(asks(bench, "SYSTem:HEALth:CONTact",
+                        [](const auto& s) { return s.contact ? service::word_of(*s.contact) : ""; }));
     rows.push_back(
         {.header = "DIAGnostic:RT", .query = [&bench](scpi::Call& call) {
              const auto s = bench.state();

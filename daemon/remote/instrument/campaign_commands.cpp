@@ -1,5 +1,6 @@
 // Campaigns: the points of a plan, one after the other.
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -57,30 +58,12 @@ std::vector<Command> campaign_commands(BenchInstrument& bench) {
         scpi::empty_string));
     for (const std::string_view word : campaign::word_names)
         rows.push_back(command_of(bench, fmt::format("campaign/{}", word)));
-    rows.push_back({.header = "CAMPaign:CATalog",
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const auto state = bench.state();
-                            std::string names;
-                            for (const std::string& name : state->plans)
-                                names += (names.empty() ? "" : ",") + name;
-                            call.reply.string(names);
-                        },
-                    .without = scpi::empty_string});
-    rows.push_back({.header = "CAMPaign:STATe",
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const auto s = bench.state();
-                            call.reply.string(s->campaign ? s->campaign->doing : "none");
-                        },
-                    .without = scpi::empty_string});
-    rows.push_back({.header = "CAMPaign:FOLDer",
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const auto s = bench.state();
-                            call.reply.string(s->campaign ? s->campaign->folder : "");
-                        },
-                    .without = scpi::empty_string});
+    rows.push_back(asks(bench, "CAMPaign:CATalog",
+                        [](const auto& s) { return fmt::format("{}", fmt::join(s.plans, ",")); }));
+    rows.push_back(
+        asks(bench, "CAMPaign:STATe", [](const auto& s) { return s.campaign ? s.campaign->doing : "none"; }));
+    rows.push_back(
+        asks(bench, "CAMPaign:FOLDer", [](const auto& s) { return s.campaign ? s.campaign->folder : ""; }));
     return rows;
 }
 

@@ -59,13 +59,10 @@ std::vector<Command> control_commands(BenchInstrument& bench) {
     rows.push_back({.header = "CONTrol:IDENtify:RESult",
                     .query = [&bench](scpi::Call& call) { response(bench, call); },
                     .without = scpi::nan_numbers});
-    rows.push_back(command_of(bench, "loop", [&bench](scpi::Call& call) {
-        call.reply.boolean(bench.pending_orders().settings().closed_loop);
-    }));
-    rows.push_back({.header = "CONTrol:LOOP:TOLerance",
-                    .query = [](scpi::Call& call) { call.reply.number(control::kept_within); }});
-    rows.push_back({.header = "CONTrol:LOOP:ERRor",
-                    .query = [&bench](scpi::Call& call) { call.reply.number(loop_error(*bench.state())); }});
+    rows.push_back(
+        command_of(bench, "loop", one([&bench] { return bench.pending_orders().settings().closed_loop; })));
+    rows.push_back({.header = "CONTrol:LOOP:TOLerance", .query = one([] { return control::kept_within; })});
+    rows.push_back(asks(bench, "CONTrol:LOOP:ERRor", loop_error));
     rows.push_back({.header = "FETCh:ACCeleration:HARMonics",
                     .query = [&bench](scpi::Call& call) { harmonics_row(bench, call); },
                     .query_parameters = {scpi::optional(scpi::integer(1, max_harmonics))},

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "daemon/remote/scpi/error.hpp"
-#include "daemon/remote/scpi/session.hpp"
 #include "daemon/remote/scpi/standard_commands.hpp"
 
 namespace shaker::instrument {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "daemon/remote/access/access.hpp"
@@ -61,6 +62,28 @@ void show(const service::BenchState& state, scpi::DeviceStatus& status);
 /// of which is needed.
 scpi::Command command_of(BenchInstrument& bench, std::string_view order, scpi::Handler query = {},
                          scpi::Placeholder without = scpi::nans<1>);
+
+/// Replies the value that `of` returns: a bool, a number, or a text in quotes.
+template <class Of>
+scpi::Handler one(Of of) {
+    return [of](scpi::Call& call) {
+        if constexpr (std::is_same_v<decltype(of()), bool>)
+            call.reply.boolean(of());
+        else if constexpr (std::is_same_v<decltype(of()), double>)
+            call.reply.number(of());
+        else
+            call.reply.string(of());
+    };
+}
+
+/// A query of one value of the present state.
+template <class Of>
+scpi::Command asks(BenchInstrument& bench, std::string header, Of of) {
+    using Value = decltype(of(*bench.state()));
+    return {.header = std::move(header),
+            .query = one([&bench, of] { return of(*bench.state()); }),
+            .without = std::is_arithmetic_v<Value> ? scpi::nans<1> : scpi::empty_string};
+}
 
 // Its commands, one function per part of the SCPI tree.
 

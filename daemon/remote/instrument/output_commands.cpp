@@ -30,50 +30,39 @@ void output(BenchInstrument& bench, scpi::Call& call) {
 std::vector<Command> output_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
     for (const char* way : {"UP", "DOWN"})
-        rows.push_back({.header = std::string{"OUTPut:RAMP:"} + way, .query = [&bench](scpi::Call& call) {
-                            call.reply.number(bench.state()->facts->soft_start_periods /
-                                              bench.pending_orders().drive().frequency);
-                        }});
+        rows.push_back(asks(bench, std::string{"OUTPut:RAMP:"} + way, [&bench](const auto& s) {
+            return s.facts->soft_start_periods / bench.pending_orders().drive().frequency;
+        }));
     rows.push_back({.header = "OUTPut[:STATe]",
                     .parameters = {scpi::boolean()},
                     .set = [&bench](scpi::Call& call) { output(bench, call); },
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const run::RunState s = bench.state()->state;
-                            call.reply.boolean(driving(s) && s != run::RunState::ramp_down);
-                        },
+                    .query = one([&bench] {
+                        const run::RunState s = bench.state()->state;
+                        return driving(s) && s != run::RunState::ramp_down;
+                    }),
                     .guarded = true});
-    rows.push_back(command_of(bench, "middle",
-                              [&bench](scpi::Call& call) { call.reply.boolean(bench.state()->to_middle); }));
+    rows.push_back(command_of(bench, "middle", one([&bench] { return bench.state()->to_middle; })));
     rows.push_back(command_of(bench, "reset-walker"));
     rows.push_back(command_of(bench, "mu"));
-    rows.push_back({.header = "OUTPut:ENABle", .query = [&bench](scpi::Call& call) {
-                        call.reply.boolean(bench.state()->enable_output.value_or(false));
-                    }});
-    rows.push_back({.header = "OUTPut:PROTection:CAUSe",
-                    .query =
-                        [&bench](scpi::Call& call) {
-                            const auto s = bench.state();
-                            call.reply.string(s->trip ? text(*s->trip) : std::string{});
-                        },
-                    .without = scpi::empty_string});
+    rows.push_back(
+        asks(bench, "OUTPut:ENABle", [](const auto& s) { return s.enable_output.value_or(false); }));
+    rows.push_back(asks(bench, "OUTPut:PROTection:CAUSe",
+                        [](const auto& s) { return s.trip ? text(*s.trip) : std::string{}; }));
     rows.push_back({.header = "OUTPut:PROTection:CLEar",
                     .set =
                         [&bench](scpi::Call& call) {
                             bench.order(call.session, service::ClearTrip{call.session.trips()});
                         },
                     .guarded = true});
-    rows.push_back(
-        {.header = "OUTPut:PROTection:LEVel",
-         .parameters = {scpi::number("V", 0, std::numeric_limits<double>::max())},
-         .set =
-             [&bench](scpi::Call& call) {
-                 bench.order(call.session,
-                             service::LowerLimit{{&safety::Limits::drive}, call.arguments[0].number});
-             },
-         .query =
-             [&bench](scpi::Call& call) { call.reply.number(bench.pending_orders().limits().drive.abort); },
-         .guarded = true});
+    rows.push_back({.header = "OUTPut:PROTection:LEVel",
+                    .parameters = {scpi::number("V", 0, std::numeric_limits<double>::max())},
+                    .set =
+                        [&bench](scpi::Call& call) {
+                            bench.order(call.session, service::LowerLimit{{&safety::Limits::drive},
+                                                                          call.arguments[0].number});
+                        },
+                    .query = one([&bench] { return bench.pending_orders().limits().drive.abort; }),
+                    .guarded = true});
     return rows;
 }
 

@@ -21,13 +21,10 @@ void keep_pictures(BenchInstrument& bench, scpi::Call& call) {
 
 std::vector<Command> record_commands(BenchInstrument& bench) {
     std::vector<Command> rows;
-    rows.push_back(command_of(bench, "record", [&bench](scpi::Call& call) {
-        call.reply.boolean(bench.pending_orders().settings().record.on);
-    }));
+    rows.push_back(
+        command_of(bench, "record", one([&bench] { return bench.pending_orders().settings().record.on; })));
     rows.push_back(command_of(bench, "remark"));
-    rows.push_back({.header = "RECord:NAME",
-                    .query = [&bench](scpi::Call& call) { call.reply.string(bench.state()->recording.name); },
-                    .without = scpi::empty_string});
+    rows.push_back(asks(bench, "RECord:NAME", [](const auto& s) { return s.recording.name; }));
     rows.push_back({.header = "RECord:RAW:CAMera",
                     .parameters = {scpi::choice("OFF|FIRSt|REGion|FULL")},
                     .set = [&bench](scpi::Call& call) { keep_pictures(bench, call); },

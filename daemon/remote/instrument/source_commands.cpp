@@ -27,8 +27,7 @@ Command drive_row(BenchInstrument& bench, const char* header, const char* unit, 
                     drive.*member = call.arguments[0].number;
                     bench.order(call.session, service::SetDrive{drive});
                 },
-            .query = [&bench, member](
-                         scpi::Call& call) { call.reply.number(bench.pending_orders().drive().*member); },
+            .query = one([&bench, member] { return bench.pending_orders().drive().*member; }),
             .guarded = true};
 }
 

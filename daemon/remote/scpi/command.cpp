@@ -1,7 +1,5 @@
 #include "daemon/remote/scpi/command.hpp"
 
-#include <string>
-
 #include "daemon/remote/scpi/error.hpp"
 
 namespace shaker::scpi {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -113,17 +114,9 @@ bool takes(const Parameter& parameter, Element::Form form) {
 }
 
 Code not_allowed(Element::Form form) {
-    switch (form) {
-        case Element::Form::number:
-            return Code::numeric_not_allowed;
-        case Element::Form::word:
-            return Code::character_data_not_allowed;
-        case Element::Form::string:
-            return Code::string_not_allowed;
-        case Element::Form::block:
-            return Code::block_not_allowed;
-    }
-    return Code::data_type;
+    constexpr std::array codes{Code::numeric_not_allowed, Code::character_data_not_allowed,
+                               Code::string_not_allowed, Code::block_not_allowed};
+    return codes.at(static_cast<std::size_t>(form));
 }
 
 void take_word(const Element& element, const Parameter& parameter, Argument& argument) {

@@ -1,6 +1,5 @@
 #pragma once
 // Text of messages: bytes, mnemonics, and printable copies of received bytes.
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,7 +1,6 @@
 #pragma once
 // Binary messages of a live stream: a header of 40 bytes, then 32-bit floats, all little-endian.
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 

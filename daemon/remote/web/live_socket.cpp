@@ -1,7 +1,6 @@
 #include "daemon/remote/web/live_socket.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <utility>
 

@@ -1,6 +1,5 @@
 #include "daemon/remote/web/requests.hpp"
 
-#include <optional>
 #include <string_view>
 #include <utility>
 

@@ -1,7 +1,6 @@
 #pragma once
 // One connection of a browser or a script: requests one after the other, or a socket with live streams.
 #include <memory>
-#include <utility>
 
 #include "daemon/remote/web/site.hpp"
 

@@ -1,7 +1,5 @@
 #pragma once
 // The controls of a sound card, which other programs can change.
-#include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 

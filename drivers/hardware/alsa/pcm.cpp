@@ -6,7 +6,6 @@
 #include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <vector>
 

@@ -4,91 +4,62 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "drivers/hardware/genicam/genicam_camera.hpp"
 #include "drivers/hardware/genicam/setup.hpp"
+#include "drivers/quantity.hpp"
 
 namespace shaker::genicam {
 
 namespace {
 
-std::string text(const char* words) { return words != nullptr ? words : ""; }
-
-std::vector<std::string> texts(const char** words, guint n) {
-    std::vector<std::string> result;
-    for (guint i = 0; words != nullptr && i < n; ++i) result.emplace_back(words[i]);
-    g_free(static_cast<gpointer>(words));
-    return result;
-}
-
-void ask(GenicamDevice& device) {
-    GError* error = nullptr;
-    const CameraHandle camera{arv_camera_new(device.id.c_str(), &error)};
-    if (camera != nullptr && error == nullptr)
-        arv_camera_get_sensor_size(camera.get(), &device.sensor_width, &device.sensor_height, &error);
-    if (camera != nullptr && error == nullptr)
-        arv_camera_get_frame_rate_bounds(camera.get(), &device.rate_hz.min, &device.rate_hz.max, &error);
-    if (camera != nullptr && error == nullptr) {
-        guint n = 0;
-        const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera.get(), &n, &error);
-        device.pixel_formats = texts(names, n);
-    }
-    if (camera != nullptr && error == nullptr) {
-        guint n = 0;
-        const char** names = arv_camera_dup_available_trigger_sources(camera.get(), &n, &error);
-        device.trigger_sources = texts(names, n);
-    }
-    if (error != nullptr) device.trouble = error->message;
-    if (camera == nullptr && error == nullptr) device.trouble = "no answer";
-    g_clear_error(&error);
-}
-
 using Json = nlohmann::ordered_json;
 
-Json json_of(const GenicamDevice& d) {
-    Json j{{"id", d.id},       {"address", d.address}, {"vendor", d.vendor},
-           {"model", d.model}, {"serial", d.serial},   {"protocol", d.protocol}};
-    if (!d.trouble.empty()) {
-        j["error"] = d.trouble;
-        return j;
+std::string text(const char* words) { return words != nullptr ? words : ""; }
+
+/// Adds what the camera itself says, or why it cannot be asked.
+void ask(Json& device) {
+    GError* error = nullptr;
+    const CameraHandle camera{arv_camera_new(device["id"].get<std::string>().c_str(), &error)};
+    const auto answers = [&] { return camera != nullptr && error == nullptr; };
+    const auto names = [&](auto* get) {
+        std::vector<std::string> result;
+        guint n = 0;
+        const char** const words = answers() ? get(camera.get(), &n, &error) : nullptr;
+        for (guint i = 0; words != nullptr && i < n; ++i) result.emplace_back(words[i]);
+        g_free(static_cast<gpointer>(words));
+        return result;
+    };
+    int width = 0, height = 0;
+    if (answers()) arv_camera_get_sensor_size(camera.get(), &width, &height, &error);
+    Range rate_hz{0, 0};
+    if (answers()) arv_camera_get_frame_rate_bounds(camera.get(), &rate_hz.min, &rate_hz.max, &error);
+    const auto pixel_formats = names(arv_camera_dup_available_pixel_formats_as_strings);
+    const auto trigger_sources = names(arv_camera_dup_available_trigger_sources);
+    if (!answers()) {
+        device["error"] = error != nullptr ? error->message : "no answer";
+        return g_clear_error(&error);
     }
-    j["sensor_px"] = {d.sensor_width, d.sensor_height};
-    j["pixel_formats"] = d.pixel_formats;
-    j["rate_hz"] = {d.rate_hz.min, d.rate_hz.max};
-    j["trigger_sources"] = d.trigger_sources;
-    return j;
+    device["sensor_px"] = {width, height};
+    device["pixel_formats"] = pixel_formats;
+    device["rate_hz"] = {rate_hz.min, rate_hz.max};
+    device["trigger_sources"] = trigger_sources;
 }
 
-std::string text_of(const GenicamDevice& d) {
-    std::string s = fmt::format("  driver = \"genicam\"  id = \"{}\"\n      {} {} at {}, {}\n", d.id,
-                                d.vendor, d.model, d.address, d.protocol);
-    if (!d.trouble.empty()) return s + "      " + d.trouble + "\n";
-    return s + fmt::format("      {} x {} px, {}; {} Hz; trigger {}\n", d.sensor_width, d.sensor_height,
-                           fmt::join(d.pixel_formats, ", "), to_text(d.rate_hz),
-                           fmt::join(d.trigger_sources, ", "));
+std::string text_of(const Json& d) {
+    const auto word = [&d](const char* key) { return d[key].get<std::string>(); };
+    std::string s = fmt::format("  driver = \"genicam\"  id = \"{}\"\n      {} {} at {}, {}\n", word("id"),
+                                word("vendor"), word("model"), word("address"), word("protocol"));
+    if (d.contains("error")) return s + "      " + word("error") + "\n";
+    const auto words = [&d](const char* key) { return d[key].get<std::vector<std::string>>(); };
+    return s + fmt::format("      {} x {} px, {}; {} Hz; trigger {}\n", d["sensor_px"][0].get<int>(),
+                           d["sensor_px"][1].get<int>(), fmt::join(words("pixel_formats"), ", "),
+                           to_text(Range{d["rate_hz"][0], d["rate_hz"][1]}),
+                           fmt::join(words("trigger_sources"), ", "));
 }
 
 }  // namespace
-
-std::vector<GenicamDevice> list_genicam_devices() {
-    log_lines_of_glib();
-    arv_update_device_list();
-    std::vector<GenicamDevice> devices;
-    for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
-        GenicamDevice device;
-        device.id = text(arv_get_device_id(i));
-        device.address = text(arv_get_device_address(i));
-        device.vendor = text(arv_get_device_vendor(i));
-        device.model = text(arv_get_device_model(i));
-        device.serial = text(arv_get_device_serial_nbr(i));
-        device.protocol = text(arv_get_device_protocol(i));
-        devices.push_back(std::move(device));
-    }
-    for (GenicamDevice& device : devices) ask(device);
-    return devices;
-}
 
 hardware::OpenCamera read_kind(SettingsTable& table, View& view) {
     GenicamSettings settings = read_genicam_settings(table);
@@ -99,9 +70,21 @@ hardware::OpenCamera read_kind(SettingsTable& table, View& view) {
 }
 
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& /*search*/) {
+    log_lines_of_glib();
+    arv_update_device_list();
+    std::vector<Json> devices;
+    for (unsigned i = 0; i < arv_get_n_devices(); ++i)
+        devices.push_back({{"id", text(arv_get_device_id(i))},  // stable: vendor, model, serial number
+                           {"address", text(arv_get_device_address(i))},  // may change
+                           {"vendor", text(arv_get_device_vendor(i))},
+                           {"model", text(arv_get_device_model(i))},
+                           {"serial", text(arv_get_device_serial_nbr(i))},
+                           {"protocol", text(arv_get_device_protocol(i))}});
     std::vector<hardware::ListedDevice> all;
-    for (const GenicamDevice& device : list_genicam_devices())
-        all.push_back({text_of(device), json_of(device).dump()});
+    for (Json& device : devices) {
+        ask(device);
+        all.push_back({text_of(device), device.dump()});
+    }
     return all;
 }
 

@@ -1,7 +1,6 @@
 #include "drivers/hardware/genicam/settings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>

@@ -15,6 +15,8 @@ namespace shaker::iio {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct ScanEnd {
     void operator()(iio_scan_context* scan) const noexcept { iio_scan_context_destroy(scan); }
 };
@@ -38,94 +40,81 @@ std::string format_of(const iio_channel* channel) {
            "/" + std::to_string(f->length) + ">>" + std::to_string(f->shift);
 }
 
-IioDeviceSeen seen(const std::string& uri, const iio_device* device) {
-    IioDeviceSeen d{.uri = uri,
-                    .id = iio_string(iio_device_get_id(device)),
-                    .name = iio_string(iio_device_get_name(device)),
-                    .label = iio_string(iio_device_get_label(device)),
-                    .serial = iio_serial(device).value_or("")};
+/// A device with its own description; its channels are scan elements with their format.
+Json seen(const iio_device* device) {
+    Json d{{"id", iio_string(iio_device_get_id(device))},
+           {"name", iio_string(iio_device_get_name(device))},
+           {"label", iio_string(iio_device_get_label(device))},
+           {"serial", iio_serial(device).value_or("")},
+           {"channels", Json::array()},
+           {"rate_hz", ""},
+           {"rates_hz", ""},
+           {"trigger", ""},
+           {"has_stamps", false}};
     const iio_channel* first = nullptr;
     for (unsigned i = 0; i < iio_device_get_channels_count(device); ++i) {
         const iio_channel* channel = iio_device_get_channel(device, i);
         if (!iio_channel_is_scan_element(channel) || iio_channel_is_output(channel)) continue;
         const std::string id = iio_string(iio_channel_get_id(channel));
-        d.channels.push_back(id + " " + format_of(channel));
+        d["channels"].push_back(id + " " + format_of(channel));
         if (first == nullptr) first = channel;
-        d.has_stamps = d.has_stamps || id == "timestamp";
+        if (id == "timestamp") d["has_stamps"] = true;
     }
     if (first == nullptr) return d;
     const IioRate rate = iio_rate(device, first);
-    d.rate_hz = rate.text().value_or("");
-    d.rates_hz = rate.choice().value_or("");
-    if (const iio_device* trigger = iio_trigger(device)) d.trigger = iio_string(iio_device_get_name(trigger));
+    d["rate_hz"] = rate.text().value_or("");
+    d["rates_hz"] = rate.choice().value_or("");
+    if (const iio_device* trigger = iio_trigger(device))
+        d["trigger"] = iio_string(iio_device_get_name(trigger));
     return d;
 }
 
-IioContextSeen context_at(const std::string& uri) try {
-    IioContextSeen place{.uri = uri};
-    const IioContextHandle context = open_iio_context(uri);
-    place.description = iio_string(iio_context_get_description(context.get()));
-    for (unsigned i = 0; i < iio_context_get_devices_count(context.get()); ++i) {
-        const iio_device* device = iio_context_get_device(context.get(), i);
-        if (iio_device_is_trigger(device)) {
-            place.triggers.push_back(iio_string(iio_device_get_name(device)));
-            continue;
+/// A context: this computer, a USB device or a network address.
+Json context_at(const std::string& uri) {
+    Json place{{"uri", uri}, {"description", ""}, {"triggers", Json::array()}, {"devices", Json::array()}};
+    try {
+        const IioContextHandle context = open_iio_context(uri);
+        place["description"] = iio_string(iio_context_get_description(context.get()));
+        for (unsigned i = 0; i < iio_context_get_devices_count(context.get()); ++i) {
+            const iio_device* device = iio_context_get_device(context.get(), i);
+            if (iio_device_is_trigger(device))
+                place["triggers"].push_back(iio_string(iio_device_get_name(device)));
+            else if (Json found = seen(device); !found["channels"].empty())
+                place["devices"].push_back(std::move(found));
         }
-        IioDeviceSeen found = seen(uri, device);
-        if (!found.channels.empty()) place.devices.push_back(std::move(found));
+    } catch (const DeviceError& e) {
+        place["error"] = e.what();
+        if (uri == this_computer && !std::filesystem::exists("/sys/bus/iio"))
+            place["error"] =
+                "no IIO accelerometer on this computer; --iio URI looks at another one, for example "
+                "ip:192.168.2.1";
     }
     return place;
-} catch (const DeviceError& e) {
-    if (uri == this_computer && !std::filesystem::exists("/sys/bus/iio"))
-        return {.uri = uri,
-                .trouble =
-                    "no IIO accelerometer on this computer; --iio URI looks at another one, for example "
-                    "ip:192.168.2.1"};
-    return {.uri = uri, .trouble = e.what()};
 }
 
-using Json = nlohmann::ordered_json;
-
-Json json_of(const IioContextSeen& c) {
-    Json j{
-        {"uri", c.uri}, {"description", c.description}, {"triggers", c.triggers}, {"devices", Json::array()}};
-    if (!c.trouble.empty()) j["error"] = c.trouble;
-    for (const IioDeviceSeen& d : c.devices)
-        j["devices"].push_back({{"id", d.id},
-                                {"name", d.name},
-                                {"label", d.label},
-                                {"serial", d.serial},
-                                {"channels", d.channels},
-                                {"rate_hz", d.rate_hz},
-                                {"rates_hz", d.rates_hz},
-                                {"trigger", d.trigger},
-                                {"has_stamps", d.has_stamps}});
-    return j;
+/// A text, or texts joined by commas; `none` when empty.
+std::string words(const Json& value, const char* none = "") {
+    if (value == "" || value.empty()) return none;
+    if (value.is_string()) return value;
+    return fmt::format("{}", fmt::join(value.get<std::vector<std::string>>(), ", "));
 }
 
-std::string text_of(const IioContextSeen& c) {
+std::string text_of(const Json& c) {
     std::string s;
-    if (!c.trouble.empty()) s += fmt::format("  {}\n", c.trouble);
-    for (const IioDeviceSeen& d : c.devices) {
-        s += fmt::format("  uri = \"{}\"  device = \"{}\"\n", c.uri, d.serial.empty() ? d.name : d.serial);
-        s += fmt::format("      {} ({}), channels {}, {} stamps\n", d.name, d.id, fmt::join(d.channels, ", "),
-                         d.has_stamps ? "with" : "no");
-        s += fmt::format(
-            "      rate {} Hz of {}; trigger {} of {}\n", d.rate_hz.empty() ? "unknown" : d.rate_hz,
-            d.rates_hz.empty() ? "unknown" : d.rates_hz, d.trigger.empty() ? "none" : d.trigger,
-            c.triggers.empty() ? std::string{"none"} : fmt::format("{}", fmt::join(c.triggers, ", ")));
+    if (c.contains("error")) s += fmt::format("  {}\n", words(c["error"]));
+    for (const Json& d : c["devices"]) {
+        s += fmt::format("  uri = \"{}\"  device = \"{}\"\n", words(c["uri"]),
+                         words(d[d["serial"] == "" ? "name" : "serial"]));
+        s += fmt::format("      {} ({}), channels {}, {} stamps\n", words(d["name"]), words(d["id"]),
+                         words(d["channels"]), d["has_stamps"] ? "with" : "no");
+        s += fmt::format("      rate {} Hz of {}; trigger {} of {}\n", words(d["rate_hz"], "unknown"),
+                         words(d["rates_hz"], "unknown"), words(d["trigger"], "none"),
+                         words(c["triggers"], "none"));
     }
     return s;
 }
 
 }  // namespace
-
-std::vector<IioContextSeen> list_iio_devices(const std::vector<std::string>& uris) {
-    std::vector<IioContextSeen> places{context_at(this_computer)};
-    for (const std::string& uri : scanned("usb")) places.push_back(context_at(uri));
-    for (const std::string& uri : uris) places.push_back(context_at(uri));
-    return places;
-}
 
 hardware::OpenAccelerometer read_kind(SettingsTable& table) {
     return [settings = read_iio_settings(table)](hardware::Notes& notes) {
@@ -134,11 +123,15 @@ hardware::OpenAccelerometer read_kind(SettingsTable& table) {
 }
 
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& search) {
+    std::vector<std::string> uris{this_computer};
+    for (std::string& uri : scanned("usb")) uris.push_back(std::move(uri));
+    if (const auto given = search.find("--iio"); given != search.end())
+        uris.insert(uris.end(), given->second.begin(), given->second.end());
     std::vector<hardware::ListedDevice> all;
-    const auto found = search.find("--iio");
-    const auto uris = found == search.end() ? std::vector<std::string>{} : found->second;
-    for (const IioContextSeen& device : list_iio_devices(uris))
-        all.push_back({text_of(device), json_of(device).dump()});
+    for (const std::string& uri : uris) {
+        const Json place = context_at(uri);
+        all.push_back({text_of(place), place.dump()});
+    }
     return all;
 }
 

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <linux/videodev2.h>
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/fmt/ranges.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -11,7 +10,6 @@
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "drivers/descriptor.hpp"
 #include "drivers/hardware/video/video_camera.hpp"
@@ -20,6 +18,8 @@
 namespace shaker::video {
 
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 std::string four_letters(std::uint32_t code) {
     std::string text;
@@ -49,7 +49,8 @@ double highest_rate(int fd, std::uint32_t format, std::uint32_t width, std::uint
     return best;
 }
 
-void list_sizes(int fd, std::uint32_t format, std::vector<std::string>& lines) {
+/// Adds lines such as "GREY 320x180 up to 60 Hz", one per size.
+void list_sizes(int fd, std::uint32_t format, Json& lines) {
     v4l2_frmsizeenum size{};
     size.pixel_format = format;
     for (; ioctl(fd, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
@@ -63,27 +64,7 @@ void list_sizes(int fd, std::uint32_t format, std::vector<std::string>& lines) {
     }
 }
 
-/// Queries a device; empty when it does not capture pictures.
-std::optional<VideoDevice> ask(const std::filesystem::path& path) {
-    VideoDevice device;
-    device.path = path;
-    const Descriptor fd{open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)};
-    v4l2_capability capability{};
-    if (fd < 0 || ioctl(fd, VIDIOC_QUERYCAP, &capability) != 0) {
-        device.trouble = std::strerror(errno);
-        return device;
-    }
-    device.name = words(capability.card);
-    device.driver = words(capability.driver);
-    const bool captures = (capability.device_caps & V4L2_CAP_VIDEO_CAPTURE) != 0;
-    v4l2_fmtdesc format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    for (; captures && ioctl(fd, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
-        list_sizes(fd, format.pixelformat, device.pictures);
-    if (!captures) return {};
-    return device;
-}
-
+/// The link in /dev/v4l/by-id, which stays the same; empty without one.
 std::filesystem::path stable_link(const std::filesystem::path& folder, const std::filesystem::path& path) {
     std::error_code ignored;
     for (const auto& link : std::filesystem::directory_iterator{folder / "v4l" / "by-id", ignored})
@@ -91,40 +72,50 @@ std::filesystem::path stable_link(const std::filesystem::path& folder, const std
     return {};
 }
 
-using Json = nlohmann::ordered_json;
-
-Json json_of(const VideoDevice& d) {
-    Json j{{"path", d.path.string()},
-           {"stable_id", d.stable_id.string()},
-           {"name", d.name},
-           {"driver", d.driver},
-           {"pictures", d.pictures}};
-    if (!d.trouble.empty()) j["error"] = d.trouble;
-    return j;
+/// Queries a device; null when it does not capture pictures.
+Json ask(const std::filesystem::path& folder, const std::filesystem::path& path) {
+    Json device{{"path", path.string()},
+                {"stable_id", stable_link(folder, path).string()},
+                {"name", ""},
+                {"driver", ""},
+                {"pictures", Json::array()}};
+    const Descriptor fd{open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)};
+    v4l2_capability capability{};
+    if (fd < 0 || ioctl(fd, VIDIOC_QUERYCAP, &capability) != 0) {
+        device["error"] = std::strerror(errno);
+        return device;
+    }
+    if ((capability.device_caps & V4L2_CAP_VIDEO_CAPTURE) == 0) return {};
+    device["name"] = words(capability.card);
+    device["driver"] = words(capability.driver);
+    v4l2_fmtdesc format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    for (; ioctl(fd, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
+        list_sizes(fd, format.pixelformat, device["pictures"]);
+    return device;
 }
 
-std::string text_of(const VideoDevice& d) {
-    const std::string id = (d.stable_id.empty() ? d.path : d.stable_id).string();
-    std::string s =
-        fmt::format("  driver = \"video\"  device = \"{}\"\n      {} ({})\n", id, d.name, d.driver);
-    for (const std::string& picture : d.pictures) s += "      " + picture + "\n";
-    return d.trouble.empty() ? s : s + "      " + d.trouble + "\n";
+std::string text_of(const Json& d) {
+    const std::string id = d[d["stable_id"] == "" ? "path" : "stable_id"], name = d["name"],
+                      driver = d["driver"];
+    std::string s = fmt::format("  driver = \"video\"  device = \"{}\"\n      {} ({})\n", id, name, driver);
+    for (const std::string picture : d["pictures"]) s += "      " + picture + "\n";
+    return d.contains("error") ? s + "      " + d["error"].get<std::string>() + "\n" : s;
 }
 
 }  // namespace
 
-std::vector<VideoDevice> list_video_devices(const std::filesystem::path& folder) {
-    std::vector<VideoDevice> devices;
+std::vector<hardware::ListedDevice> list_video_devices(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> paths;
     std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator{folder, ignored}) {
-        if (!entry.path().filename().string().starts_with("video")) continue;
-        if (auto device = ask(entry.path())) {
-            device->stable_id = stable_link(folder, entry.path());
-            devices.push_back(std::move(*device));
-        }
-    }
-    std::ranges::sort(devices, {}, &VideoDevice::path);
-    return devices;
+    for (const auto& entry : std::filesystem::directory_iterator{folder, ignored})
+        if (entry.path().filename().string().starts_with("video")) paths.push_back(entry.path());
+    std::ranges::sort(paths);
+    std::vector<hardware::ListedDevice> all;
+    for (const std::filesystem::path& path : paths)
+        if (const Json device = ask(folder, path); !device.is_null())
+            all.push_back({text_of(device), device.dump()});
+    return all;
 }
 
 hardware::OpenCamera read_kind(SettingsTable& table, View& /*view*/) {
@@ -134,10 +125,7 @@ hardware::OpenCamera read_kind(SettingsTable& table, View& /*view*/) {
 }
 
 std::vector<hardware::ListedDevice> list_kind(const hardware::Search& /*search*/) {
-    std::vector<hardware::ListedDevice> all;
-    for (const VideoDevice& device : list_video_devices())
-        all.push_back({text_of(device), json_of(device).dump()});
-    return all;
+    return list_video_devices("/dev");
 }
 
 }  // namespace shaker::video

@@ -31,13 +31,6 @@ void add_error(const std::string& what, hid_t why) {
     H5Epush2(H5E_DEFAULT, __FILE__, __func__, __LINE__, H5E_ERR_CLS, H5E_IO, why, "%s", what.c_str());
 }
 
-/// HDF5's order of two open files: -1, 0 (the same file) or 1.
-int compare(int descriptor, int other) {
-    const struct stat x = status_of(descriptor), y = status_of(other);
-    const auto left = std::tie(x.st_dev, x.st_ino), right = std::tie(y.st_dev, y.st_ino);
-    return left < right ? -1 : static_cast<int>(right < left);
-}
-
 /// HDF5's own advisory lock. operation: of flock(2). A file system without locks is not an error.
 herr_t lock_by_hdf5(int descriptor, int operation) {
     if (::flock(descriptor, operation) == 0 || errno == ENOSYS) return 0;
@@ -45,52 +38,23 @@ herr_t lock_by_hdf5(int descriptor, int operation) {
     return -1;
 }
 
-/// Driver without operations: limits, and the kinds of memory as HDF5's default driver has them.
-H5FD_class_t empty_driver(const char* name) {
-    H5FD_class_t driver{};
-    driver.name = name;
-    driver.maxaddr = static_cast<haddr_t>(INT64_MAX);
-    driver.fc_degree = H5F_CLOSE_WEAK;
-    const H5FD_mem_t kinds[H5FD_MEM_NTYPES] = H5FD_FLMAP_DICHOTOMY;
-    std::memcpy(driver.fl_map, kinds, sizeof kinds);
-    return driver;
-}
-
-/// HDF5 sees the first member only.
-struct BoundedFile {
-    H5FD_t common{};
-    Descriptor descriptor;
-    haddr_t allocated = 0;
-};
-static_assert(offsetof(BoundedFile, common) == 0);
-
-/// HDF5's calls for reading within the bounds of a file.
-struct Bounded {
-    static BoundedFile& of(H5FD_t* file) { return *reinterpret_cast<BoundedFile*>(file); }
-    static const BoundedFile& of(const H5FD_t* file) { return *reinterpret_cast<const BoundedFile*>(file); }
-
-    static H5FD_t* open(const char* name, unsigned flags, hid_t, haddr_t) {
-        if ((flags & (H5F_ACC_RDWR | H5F_ACC_TRUNC | H5F_ACC_CREAT)) != 0) {
-            add_error("the file is opened for reading only", H5E_CANTOPENFILE);
-            return nullptr;
-        }
-        auto file = std::make_unique<BoundedFile>();
-        file->descriptor = Descriptor{::open(name, O_RDONLY | O_CLOEXEC)};
-        if (file->descriptor < 0) {
-            add_error(system_text(errno), H5E_CANTOPENFILE);
-            return nullptr;
-        }
-        return &file.release()->common;
-    }
+/// The calls of HDF5 that are the same for both drivers.
+template <class File>
+struct Common {
+    static_assert(offsetof(File, common) == 0);  // HDF5 sees this member only
+    static File& of(H5FD_t* file) { return *reinterpret_cast<File*>(file); }
+    static const File& of(const H5FD_t* file) { return *reinterpret_cast<const File*>(file); }
 
     static herr_t close(H5FD_t* file) {
-        const std::unique_ptr<BoundedFile> closed{&of(file)};
+        const std::unique_ptr<File> closed{&of(file)};
         return 0;
     }
 
-    static herr_t features(const H5FD_t*, unsigned long* flags) {
-        *flags = H5FD_FEAT_DATA_SIEVE | H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
-        return 0;
+    /// HDF5's order of two open files: -1, 0 (the same file) or 1.
+    static int compare(const H5FD_t* a, const H5FD_t* b) {
+        const struct stat x = status_of(of(a).descriptor()), y = status_of(of(b).descriptor());
+        const auto left = std::tie(x.st_dev, x.st_ino), right = std::tie(y.st_dev, y.st_ino);
+        return left < right ? -1 : static_cast<int>(right < left);
     }
 
     static haddr_t allocated(const H5FD_t* file, H5FD_mem_t) { return of(file).allocated; }
@@ -100,7 +64,67 @@ struct Bounded {
         return 0;
     }
 
-    static haddr_t end(const H5FD_t* file, H5FD_mem_t) { return length_of(of(file).descriptor); }
+    static herr_t lock(H5FD_t* file, hbool_t writes) {
+        return lock_by_hdf5(of(file).descriptor(), (writes ? LOCK_EX : LOCK_SH) | LOCK_NB);
+    }
+
+    static herr_t unlock(H5FD_t* file) { return lock_by_hdf5(of(file).descriptor(), LOCK_UN); }
+};
+
+/// A driver with these calls; the kinds of memory are those of HDF5's default driver.
+template <class Calls>
+H5FD_class_t driver_of(const char* name) {
+    H5FD_class_t d{};
+    d.name = name;
+    d.maxaddr = static_cast<haddr_t>(INT64_MAX);
+    d.fc_degree = H5F_CLOSE_WEAK;
+    const H5FD_mem_t kinds[H5FD_MEM_NTYPES] = H5FD_FLMAP_DICHOTOMY;
+    std::memcpy(d.fl_map, kinds, sizeof kinds);
+    d.open = Calls::open;
+    d.close = Calls::close;
+    d.cmp = Calls::compare;
+    d.query = [](const H5FD_t*, unsigned long* flags) -> herr_t {
+        *flags = Calls::features;
+        return 0;
+    };
+    d.get_eoa = Calls::allocated;
+    d.set_eoa = Calls::allocate;
+    d.get_eof = Calls::end;
+    d.read = Calls::read;
+    d.write = Calls::write;
+    d.lock = Calls::lock;
+    d.unlock = Calls::unlock;
+    return d;
+}
+
+struct BoundedFile {
+    H5FD_t common{};
+    Descriptor opened;
+    haddr_t allocated = 0;
+    [[nodiscard]] int descriptor() const { return opened; }
+};
+
+/// HDF5's calls for reading within the bounds of a file.
+struct Bounded : Common<BoundedFile> {
+    static constexpr unsigned long features =
+        H5FD_FEAT_DATA_SIEVE | H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
+    static H5FD_class_t driver() { return driver_of<Bounded>("bounded"); }
+
+    static H5FD_t* open(const char* name, unsigned flags, hid_t, haddr_t) {
+        if ((flags & (H5F_ACC_RDWR | H5F_ACC_TRUNC | H5F_ACC_CREAT)) != 0) {
+            add_error("the file is opened for reading only", H5E_CANTOPENFILE);
+            return nullptr;
+        }
+        auto file = std::make_unique<BoundedFile>();
+        file->opened = Descriptor{::open(name, O_RDONLY | O_CLOEXEC)};
+        if (file->opened < 0) {
+            add_error(system_text(errno), H5E_CANTOPENFILE);
+            return nullptr;
+        }
+        return &file.release()->common;
+    }
+
+    static haddr_t end(const H5FD_t* file, H5FD_mem_t) { return length_of(of(file).descriptor()); }
 
     static herr_t read(H5FD_t* file, H5FD_mem_t type, hid_t, haddr_t from, size_t bytes, void* to) {
         const haddr_t size = end(file, type);
@@ -108,7 +132,7 @@ struct Bounded {
             add_error("an address is beyond the end of the file", H5E_READERROR);
             return -1;
         }
-        const ssize_t got = read_available(of(file).descriptor, from, to, bytes);
+        const ssize_t got = read_available(of(file).descriptor(), from, to, bytes);
         if (got == static_cast<ssize_t>(bytes)) return 0;
         add_error(got < 0 ? system_text(errno) : "the file became shorter", H5E_READERROR);
         return -1;
@@ -118,36 +142,20 @@ struct Bounded {
         add_error("the file is opened for reading only", H5E_WRITEERROR);
         return -1;
     }
-
-    static H5FD_class_t driver() {
-        H5FD_class_t d = empty_driver("bounded");
-        d.open = open;
-        d.close = close;
-        d.cmp = [](const H5FD_t* a, const H5FD_t* b) { return compare(of(a).descriptor, of(b).descriptor); };
-        d.query = features;
-        d.get_eoa = allocated;
-        d.set_eoa = allocate;
-        d.get_eof = end;
-        d.read = read;
-        d.write = write;
-        d.lock = [](H5FD_t* file, hbool_t) { return lock_by_hdf5(of(file).descriptor, LOCK_SH | LOCK_NB); };
-        d.unlock = [](H5FD_t* file) { return lock_by_hdf5(of(file).descriptor, LOCK_UN); };
-        return d;
-    }
 };
 
-/// HDF5 sees the first member only.
 struct DriverFile {
     H5FD_t common{};
     std::shared_ptr<WrittenFile> written;
     haddr_t allocated = 0;
+    [[nodiscard]] int descriptor() const { return written->descriptor(); }
 };
 
 /// HDF5's calls over a WrittenFile.
-struct Written {
-    static DriverFile& of(H5FD_t* file) { return *reinterpret_cast<DriverFile*>(file); }
-    static const DriverFile& of(const H5FD_t* file) { return *reinterpret_cast<const DriverFile*>(file); }
-    static int descriptor_of(const H5FD_t* file) { return of(file).written->descriptor(); }
+struct Written : Common<DriverFile> {
+    static constexpr unsigned long features = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |
+                                              H5FD_FEAT_DATA_SIEVE | H5FD_FEAT_AGGREGATE_SMALLDATA |
+                                              H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
 
     static H5FD_t* open(const char* name, unsigned flags, hid_t, haddr_t) {
         int how = O_CLOEXEC | ((flags & H5F_ACC_RDWR) != 0 ? O_RDWR : O_RDONLY);
@@ -165,24 +173,7 @@ struct Written {
         return &file.release()->common;
     }
 
-    static herr_t close(H5FD_t* file) {
-        const std::unique_ptr<DriverFile> closed{&of(file)};
-        return 0;
-    }
-
-    static herr_t features(const H5FD_t*, unsigned long* flags) {
-        *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
-                 H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_SUPPORTS_SWMR_IO |
-                 H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
-        return 0;
-    }
-
-    static haddr_t allocated(const H5FD_t* file, H5FD_mem_t) { return of(file).allocated; }
-
-    static herr_t allocate(H5FD_t* file, H5FD_mem_t, haddr_t end) {
-        of(file).allocated = end;
-        return 0;
-    }
+    static haddr_t end(const H5FD_t* file, H5FD_mem_t) { return of(file).written->length(); }
 
     static herr_t handle(H5FD_t* file, hid_t, void** out) {
         *out = &of(file).written;
@@ -207,28 +198,23 @@ struct Written {
         return 0;
     }
 
-    static herr_t lock(H5FD_t* file, hbool_t writes) {
-        return lock_by_hdf5(descriptor_of(file), (writes ? LOCK_EX : LOCK_SH) | LOCK_NB);
-    }
-
     static H5FD_class_t driver() {
-        H5FD_class_t d = empty_driver("written");
-        d.open = open;
-        d.close = close;
-        d.cmp = [](const H5FD_t* a, const H5FD_t* b) { return compare(descriptor_of(a), descriptor_of(b)); };
-        d.query = features;
-        d.get_eoa = allocated;
-        d.set_eoa = allocate;
-        d.get_eof = [](const H5FD_t* file, H5FD_mem_t) -> haddr_t { return of(file).written->length(); };
+        H5FD_class_t d = driver_of<Written>("written");
         d.get_handle = handle;
-        d.read = read;
-        d.write = write;
         d.truncate = truncate;
-        d.lock = lock;
-        d.unlock = [](H5FD_t* file) { return lock_by_hdf5(descriptor_of(file), LOCK_UN); };
         return d;
     }
 };
+
+/// Access to files by a driver. what: begins the text of an error.
+template <class Calls>
+Handle access_by(const char* what) {
+    static const H5FD_class_t driver = Calls::driver();
+    static const Handle registered{H5FDregister(&driver), what};
+    Handle access{H5Pcreate(H5P_FILE_ACCESS), "property list"};
+    check(H5Pset_driver(access.get(), registered.get(), nullptr), what);
+    return access;
+}
 
 }  // namespace
 
@@ -247,21 +233,9 @@ ssize_t read_available(int descriptor, haddr_t from, void* to, std::size_t bytes
     return static_cast<ssize_t>(done);
 }
 
-Handle bounded_access() {
-    static const H5FD_class_t bounded = Bounded::driver();
-    static const Handle registered{H5FDregister(&bounded), "reading within bounds"};
-    Handle access{H5Pcreate(H5P_FILE_ACCESS), "property list"};
-    check(H5Pset_driver(access.get(), registered.get(), nullptr), "reading within bounds");
-    return access;
-}
+Handle bounded_access() { return access_by<Bounded>("reading within bounds"); }
 
-Handle written_access() {
-    static const H5FD_class_t written = Written::driver();
-    static const Handle registered{H5FDregister(&written), "writing"};
-    Handle access{H5Pcreate(H5P_FILE_ACCESS), "property list"};
-    check(H5Pset_driver(access.get(), registered.get(), nullptr), "writing");
-    return access;
-}
+Handle written_access() { return access_by<Written>("writing"); }
 
 std::shared_ptr<WrittenFile> written_file(hid_t file) {
     void* found = nullptr;

@@ -4,7 +4,6 @@
 
 #include "drivers/errors.hpp"
 #include "drivers/recorded/h5/image.hpp"
-#include "drivers/recorded/pictures/picture_reader.hpp"
 #include "drivers/recorded/pictures/segment.hpp"
 
 namespace shaker::pictures {
@@ -139,7 +138,8 @@ PictureCheck verify_frames(const std::filesystem::path& folder, const std::strin
     return check;
 }
 
-std::vector<std::string> end_frames(const std::filesystem::path& folder, const std::string& camera, std::uint64_t last) {
+std::vector<std::string> end_frames(const std::filesystem::path& folder, const std::string& camera,
+                                    std::uint64_t last) {
     FoundSegments found = find_segments(folder, camera);
     for (const auto& file : unfinished_files(folder, camera)) remove_file(file);
     const auto ends_before = [last](const FoundSegment& s) {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "drivers/errors.hpp"
-#include "drivers/recorded/pictures/segment.hpp"
 
 namespace shaker::pictures {
 

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "drivers/recorded/h5/crc32c.hpp"
 
@@ -40,17 +39,8 @@ PictureRecord record_of(const Frame& frame, std::uint64_t number) noexcept {
 }
 
 const char* words_for(PictureFault fault) noexcept {
-    switch (fault) {
-        case PictureFault::none:
-            return "is intact";
-        case PictureFault::no_record:
-            return "has no record";
-        case PictureFault::bad_record:
-            return "has a damaged record";
-        case PictureFault::bad_pixels:
-            return "has damaged pixels";
-    }
-    return "";
+    constexpr std::array words{"is intact", "has no record", "has a damaged record", "has damaged pixels"};
+    return words.at(static_cast<std::size_t>(fault));
 }
 
 PictureFault fault_of(const PictureRecord& record, std::uint64_t number) noexcept {

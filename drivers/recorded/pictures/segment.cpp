@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstddef>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "drivers/recorded/h5/disk_file.hpp"
 #include "drivers/recorded/h5/image.hpp"
 
 namespace shaker::pictures {

@@ -1,4 +1,4 @@
-// The response of the accelerometer as a user measures it: a campaign, its fit, and a bench that has it.
+// The response of the accelerometer as a user measures it: its drives, their fit, and a bench that has it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,11 +38,11 @@ constexpr const char* sensor =
 // The turn of the set-point's phi that a sensor nobody knows makes is 25 mrad.
 TEST_F(CalibrateResponseTest, WithItTheBaseMovesAsAsked) {
     write("scene.toml", sensor);
-    const std::string plan = test::source_dir() + "/daemon/campaign/plans/response.toml";
-    const Outcome lines = test::shakerd("campaign " + plan + " --scene scene.toml -o lines", folder);
-    ASSERT_EQ(lines.status, 0) << lines.err;
-    const Outcome fit = calibrate("--from lines -o response.toml --json");
+    const Outcome fit = calibrate("--scene scene.toml -o response.toml --json");
     ASSERT_EQ(fit.status, 0) << fit.err;
+    const Outcome again = calibrate("--from response -o same.toml --json");
+    EXPECT_EQ(json::parse(again.out).at("high_pass"), json::parse(fit.out).at("high_pass"));
+    expect_refused("--scene scene.toml -o response.toml", "exists and is not overwritten");
     const json found = json::parse(fit.out), high = found.at("high_pass"), low = found.at("low_pass");
     std::printf("corner %.4f +- %.4f Hz, low-pass %.0f +- %.0f Hz\n", high.at("hz").get<double>(),
                 high.at("error_hz").get<double>(), low.at("hz").get<double>(),
@@ -100,7 +100,9 @@ TEST_F(CalibrateResponseTest, ACertificateIsFittedAlike) {
 }
 
 TEST_F(CalibrateResponseTest, RefusesWithTheReason) {
-    expect_refused("-o x.toml", "--from is missing");
+    expect_refused("--coupled-dc -o x.toml", "name it by --from");
+    expect_refused("--camera top -o x.toml", "--camera is for another device");
+    expect_refused("--from . --rig bench.toml -o x.toml", "--rig is for another device");
     expect_refused("--from . -o x.toml", "has no recordings");
     expect_refused("--from . --hold 3s", "--hold is for another device");
     write("sealed.toml", "date = \"2026\"\n");

@@ -1,6 +1,8 @@
 // Settings in a rig file, values granted by a device, and the list of devices.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
 #include "drivers/hardware/alsa/kind.hpp"
@@ -156,32 +158,34 @@ TEST(AlsaGrantedTest, RefusesUnsupportedSettingsWithRange) {
 }
 
 TEST(AlsaDevicesTest, DeviceNamesAreStableAndOpen) {
-    for (const alsa::AlsaDevice& device :
-         alsa::list_alsa_devices(alsa::Direction::playback)) {  // none in most test machines
-        expect_says(device.pcm, "hw:CARD=");
-        EXPECT_FALSE(device.name.empty());
-        EXPECT_TRUE(!device.error.empty() || !device.channels.empty()) << device.text();
+    for (const ListedDevice& listed : alsa::list_kind({})) {  // none in most test machines
+        const auto device = nlohmann::json::parse(listed.json);
+        expect_says(device.at("pcm"), "hw:CARD=");
+        EXPECT_NE(device.at("name"), "");
+        EXPECT_TRUE(device.contains("error") || !device.at("channels").empty()) << listed.text;
     }
+}
+
+ListedDevice described(const std::string& pcm, const std::filesystem::path& config) {
+    return alsa::list_kind({{"--pcm", {pcm}}, {"--alsa-config", {config.string()}}}).at(0);
 }
 
 TEST(AlsaDevicesTest, DescribesDeviceDefinedInFile) {
     const MockDac mock;
-    const alsa::AlsaDevice device =
-        alsa::describe_alsa_device(alsa::Direction::playback, "shaker", mock.settings.alsa_config);
-    EXPECT_EQ(device.error, "");
-    EXPECT_EQ(device.formats.size(), 4U);
-    EXPECT_EQ(device.rates_hz, std::vector<int>{48000});
-    EXPECT_EQ(device.channels, (std::vector{2, 3, 8}));
-    expect_says(device.text(), "shaker: formats S32, S24, S24_3, S16; 48000 Hz; 2, 3, 8 channels");
+    const ListedDevice listed = described("shaker", mock.settings.alsa_config);
+    const auto device = nlohmann::json::parse(listed.json);
+    EXPECT_FALSE(device.contains("error")) << listed.text;
+    EXPECT_EQ(device.at("formats"), nlohmann::json::array({"S32", "S24", "S24_3", "S16"}));
+    EXPECT_EQ(device.at("rates_hz"), nlohmann::json::array({48000}));
+    EXPECT_EQ(device.at("channels"), nlohmann::json::array({2, 3, 8}));
+    expect_says(listed.text, "  shaker: formats S32, S24, S24_3, S16; 48000 Hz; 2, 3, 8 channels; periods ");
 }
 
 TEST(AlsaDevicesTest, DescribesBusyOrUnknownDeviceByError) {
     const MockDac mock;
     const alsa::AlsaDac dac{mock.settings};
-    expect_says(
-        alsa::describe_alsa_device(alsa::Direction::playback, "shaker", mock.settings.alsa_config).text(),
-        "busy");
-    expect_says(alsa::describe_alsa_device(alsa::Direction::playback, "not_there", {}).error,
+    expect_says(described("shaker", mock.settings.alsa_config).text, "busy");
+    expect_says(nlohmann::json::parse(described("not_there", {}).json).at("error"),
                 "No such file or directory");
 }
 

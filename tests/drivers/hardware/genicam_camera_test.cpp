@@ -12,6 +12,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "drivers/errors.hpp"
@@ -291,24 +293,29 @@ TEST_F(GenicamCameraTest, GivesUpCameraThatReturnsDifferent) {
 TEST_F(GenicamCameraTest, ListsBothCamerasWithCapabilities) {
     const mock::GigeCamera top{{.serial = "TOP"}};
     const mock::GigeCamera side{{.address = "127.0.0.2", .serial = "SIDE", .width = 640, .height = 480}};
-    const auto devices = genicam::list_genicam_devices();
-    const auto of = [&](const std::string& id) {
-        const auto found = std::ranges::find(devices, id, &genicam::GenicamDevice::id);
-        return found != devices.end() ? *found : genicam::GenicamDevice{};
-    };
-    EXPECT_EQ(of("Shaker-Mock-TOP").address, "127.0.0.1");
-    const genicam::GenicamDevice found = of("Shaker-Mock-SIDE");
-    EXPECT_EQ(found.address, "127.0.0.2");
-    EXPECT_EQ(found.vendor, "Shaker");
-    EXPECT_EQ(found.model, "Mock");
-    EXPECT_EQ(found.serial, "SIDE");
-    EXPECT_EQ(found.protocol, "GigEVision");
-    EXPECT_EQ(found.sensor_width, 640);
-    EXPECT_EQ(found.sensor_height, 480);
-    EXPECT_EQ(found.pixel_formats.size(), 8u);
-    EXPECT_EQ(found.rate_hz.max, 2000);
-    EXPECT_EQ(found.trigger_sources, (std::vector<std::string>{"Line0", "Line1", "Software"}));
-    EXPECT_EQ(found.trouble, "");
+    std::map<std::string, nlohmann::json> devices;
+    std::string texts;
+    for (const ListedDevice& listed : genicam::list_kind({})) {
+        const auto device = nlohmann::json::parse(listed.json);
+        devices[device.at("id")] = device;
+        texts += listed.text;
+    }
+    EXPECT_EQ(devices["Shaker-Mock-TOP"].at("address"), "127.0.0.1");
+    const nlohmann::json& found = devices["Shaker-Mock-SIDE"];
+    EXPECT_EQ(found.at("address"), "127.0.0.2");
+    EXPECT_EQ(found.at("vendor"), "Shaker");
+    EXPECT_EQ(found.at("model"), "Mock");
+    EXPECT_EQ(found.at("serial"), "SIDE");
+    EXPECT_EQ(found.at("protocol"), "GigEVision");
+    EXPECT_FALSE(found.contains("error")) << found;
+    EXPECT_EQ(found.at("sensor_px"), nlohmann::json::array({640, 480}));
+    EXPECT_EQ(found.at("pixel_formats").size(), 8u);
+    EXPECT_EQ(found.at("rate_hz").at(1), 2000);
+    EXPECT_EQ(found.at("trigger_sources"), nlohmann::json::array({"Line0", "Line1", "Software"}));
+    const char* const said =
+        "Shaker-Mock-SIDE\"\n      Shaker Mock at 127.0.0.2, GigEVision\n      640 x 480 px, ";
+    EXPECT_NE(texts.find(said), std::string::npos) << texts;
+    EXPECT_NE(texts.find(" to 2000 Hz; trigger Line0, Line1, Software\n"), std::string::npos) << texts;
     settings_.id = "Shaker-Mock-SIDE";
     EXPECT_EQ(open()->counts().incidents, 0u);
 }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "drivers/errors.hpp"
 #include "drivers/hardware/iio/kind.hpp"
 #include "drivers/hardware/iio/stream.hpp"
@@ -45,23 +47,31 @@ TEST(IioStreamTest, RejectsBufferOfReplacedDevice) {
 TEST(IioDevicesTest, ListsDevicesAndReasonsForMissingOnes) {
     const mock::Iiod iiod{{.label = "base", .serial = "42"}};
     const std::string uri = test::settings_for(iiod).uri;
-    const auto places = iio::list_iio_devices({uri, "ip:127.0.0.1:1"});
+    std::vector<nlohmann::json> places;
+    const auto listed = iio::list_kind({{"--iio", {uri, "ip:127.0.0.1:1"}}});
+    for (const ListedDevice& place : listed) places.push_back(nlohmann::json::parse(place.json));
     ASSERT_GE(places.size(), 3U);
-    EXPECT_EQ(places.front().uri, "local:");
-    const iio::IioContextSeen& mock = places[places.size() - 2];
-    ASSERT_EQ(mock.devices.size(), 1U) << mock.trouble;
-    const iio::IioDeviceSeen& device = mock.devices[0];
-    EXPECT_EQ(device.uri, uri);
-    EXPECT_EQ(device.name, "adxl355");
-    EXPECT_EQ(device.label, "base");
-    EXPECT_EQ(device.serial, "42");
-    EXPECT_EQ(device.channels.front(), "accel_x be:s20/32>>12");
-    EXPECT_EQ(device.rate_hz, "4000");
-    EXPECT_EQ(device.rates_hz, "4000 2000 1000 500 250 125");
-    EXPECT_EQ(device.trigger, "adxl355-dev0");
-    EXPECT_TRUE(device.has_stamps);
-    EXPECT_EQ(mock.triggers, std::vector<std::string>{"adxl355-dev0"});
-    EXPECT_NE(places.back().trouble.find("Connection refused"), std::string::npos) << places.back().trouble;
+    EXPECT_EQ(places.front().at("uri"), "local:");
+    const nlohmann::json& mock = places[places.size() - 2];
+    EXPECT_EQ(mock.at("uri"), uri);
+    ASSERT_EQ(mock.at("devices").size(), 1U) << mock;
+    const nlohmann::json& device = mock.at("devices")[0];
+    EXPECT_EQ(device.at("name"), "adxl355");
+    EXPECT_EQ(device.at("label"), "base");
+    EXPECT_EQ(device.at("serial"), "42");
+    EXPECT_EQ(device.at("channels").at(0), "accel_x be:s20/32>>12");
+    EXPECT_EQ(device.at("rate_hz"), "4000");
+    EXPECT_EQ(device.at("rates_hz"), "4000 2000 1000 500 250 125");
+    EXPECT_EQ(device.at("trigger"), "adxl355-dev0");
+    EXPECT_EQ(device.at("has_stamps"), true);
+    EXPECT_EQ(mock.at("triggers"), nlohmann::json::array({"adxl355-dev0"}));
+    const std::string text = listed[listed.size() - 2].text;
+    EXPECT_TRUE(text.starts_with("  uri = \"" + uri + "\"  device = \"42\"\n      adxl355 (")) << text;
+    EXPECT_TRUE(
+        text.ends_with(" rate 4000 Hz of 4000 2000 1000 500 250 125; trigger adxl355-dev0 of adxl355-dev0\n"))
+        << text;
+    const std::string refused = places.back().at("error");
+    EXPECT_NE(refused.find("Connection refused"), std::string::npos) << refused;
 }
 
 }  // namespace

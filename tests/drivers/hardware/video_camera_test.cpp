@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
 
@@ -152,8 +153,10 @@ TEST(VideoDevicesTest, ListsUnreadableDeviceWithReason) {
     std::ofstream{folder / "audio0"} << "something else";
     const auto devices = video::list_video_devices(folder);
     ASSERT_EQ(devices.size(), 1u);
-    EXPECT_EQ(devices[0].path, folder / "video0");
-    EXPECT_EQ(devices[0].trouble, "Inappropriate ioctl for device");
+    const auto device = nlohmann::json::parse(devices[0].json);
+    EXPECT_EQ(device.at("path"), (folder / "video0").string());
+    EXPECT_EQ(device.at("error"), "Inappropriate ioctl for device");
+    EXPECT_TRUE(devices[0].text.ends_with("\n      Inappropriate ioctl for device\n")) << devices[0].text;
     EXPECT_TRUE(video::list_video_devices(folder / "nothing").empty());
 }
 
