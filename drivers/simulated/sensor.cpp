@@ -199,7 +199,8 @@ std::optional<AccelBlock> AccelerometerModel::step(std::int64_t n, double a_base
     const double now = high_passed(low_passed(a_base)), before = std::exchange(before_, now);
     // There is at most one conversion between two DAC samples: the sensor is slower than the DAC.
     const double t = start_s_ + duration_s(next_, p_.rate_hz * (1 + 1e-6 * p_.clock_ppm)) - ahead_s_;
-    const double at = t * dac_rate_ - static_cast<double>(n - 1);
+    const double at =
+        t * dac_rate_ - (static_cast<double>(n) - 1.5);  // a mean is that of the middle of its step
     if (at > 1) return std::nullopt;
     Quality quality{};
     const auto counts = converted(before + std::clamp(at, 0.0, 1.0) * (now - before), t, quality);

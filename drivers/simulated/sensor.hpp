@@ -38,8 +38,10 @@ class AccelerometerModel {
 public:
     explicit AccelerometerModel(const Scene& scene);
     [[nodiscard]] AccelerometerInfo info() const;
-    /// Advances to DAC sample n (true time n / DAC rate) with the base's acceleration in m/s^2. Returns a
-    /// block when it is full or samples are missing after it; `arrived` is its arrival at the host.
+    /// Advances to DAC sample n (true time n / DAC rate). a_base: the base's acceleration, m/s^2, its mean
+    /// over the step that ends there: a walker that begins to slip within the step counts as long as it
+    /// slips. Returns a block when it is full or samples are missing after it; `arrived` is its arrival at
+    /// the host.
     std::optional<AccelBlock> step(std::int64_t n, double a_base);
 
 private:

@@ -124,7 +124,7 @@ void World::State::step(const PlayedOutput& out) {
     plant.step(amplifier_passes(out) ? std::clamp(out.volts, -limit, limit) : 0);
     for (SimulatedView& camera : views) expose(camera, before);
     ++n;
-    if (auto block = sensor.step(n, plant.state().a)) {
+    if (auto block = sensor.step(n, (plant.state().v - before.v) * scene.dac_rate_hz)) {
         if (overflow) block->quality = block->quality | Quality::gap;
         overflow = blocks.size() >= queue_limit;
         if (!overflow) blocks.push_back(*block);
