@@ -233,7 +233,7 @@ void judge(Tumble& fit, const Equations& e, std::span<const Attitude> attitudes)
 
 double Tumble::gain_error(const Vector& u) const noexcept {
     const Parameters d = derivative(eigen(u));
-    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};
+    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};  // symmetric
     const Eigen::Matrix<double, 6, 1> e = d.head<6>();
     return std::hypot(std::sqrt(e.dot(c.topLeftCorner(6, 6) * e)), gravity.sigma / gravity.value);
 }
@@ -243,7 +243,7 @@ double Tumble::reading_error(const Vector& u, const Vector& a) const noexcept {
     Parameters d;
     d << u[0] * a[0], u[1] * a[1], u[2] * a[2], u[0] * a[1] + u[1] * a[0], u[0] * a[2] + u[2] * a[0],
         u[1] * a[2] + u[2] * a[1], g * u[0], g * u[1], g * u[2];
-    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};
+    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};  // symmetric
     const double along = u[0] * a[0] + u[1] * a[1] + u[2] * a[2];
     return std::hypot(std::sqrt(d.dot(c * d)), along * gravity.sigma / g);
 }
@@ -252,7 +252,7 @@ Vector Tumble::offset_errors() const noexcept {
     Eigen::Matrix3d k;
     for (Eigen::Index i = 0; i < 9; ++i)
         k(i / 3, i % 3) = gain[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)];
-    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};
+    const Eigen::Map<const Normal> c{covariance.data(), 9, 9};  // symmetric
     const Eigen::Matrix3d back = k.inverse() * gravity.value;
     const Eigen::Vector3d variance = (back * c.bottomRightCorner(3, 3) * back.transpose()).diagonal();
     return {std::sqrt(variance[0]), std::sqrt(variance[1]), std::sqrt(variance[2])};

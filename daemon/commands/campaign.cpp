@@ -13,7 +13,6 @@
 #include "daemon/campaign/lead/session.hpp"
 #include "daemon/campaign/plan_check.hpp"
 #include "daemon/campaign/point_results.hpp"
-#include "daemon/commands/calibrate/calibrate.hpp"
 #include "daemon/commands/operator_dialogue.hpp"
 #include "daemon/commands/recover.hpp"
 #include "daemon/commands/run.hpp"
@@ -179,6 +178,13 @@ bool lead(run::Runner& runner, campaign::PreparedSession prepared, std::FILE* li
 
 }  // namespace
 
+std::string go_on(const CampaignOptions& options) {
+    std::string words = fmt::format("shakerd campaign {} --continue", options.folder.string());
+    if (options.run.rig != "sim:") words += " --rig " + options.run.rig;
+    if (!options.run.scene.empty()) words += " --scene " + options.run.scene.string();
+    return words;
+}
+
 void check_plan(const CampaignOptions& options) {
     const campaign::Plan plan = campaign::read_plan(options.plan);
     const std::vector<campaign::Point> points = campaign::schedule(plan);
@@ -209,6 +215,7 @@ void measure_campaign(const CampaignOptions& options) {
     place_walker(settings.run, plan, points.front());
     run::Runner runner{settings};
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
+    runner.require_commissioned();
     const bool anybody = lead(runner,
                               campaign::prepare({.folder = options.folder,
                                                  .plan = plan_text,
@@ -218,12 +225,10 @@ void measure_campaign(const CampaignOptions& options) {
                                                  .beside = !runner.bench().world || settings.run.threads,
                                                  .view_m = view_of(options, runner.bench())},
                                                 runner.bench(), runner.recordings().most_s()),
-                              options.json ? stderr : stdout);
+                              options.lines_to);
     run::StopSignals::rethrow();
     if (!anybody)
-        throw TripError{
-            fmt::format("the campaign is paused; clear the cause, then \"shakerd campaign {} --continue\"",
-                        options.folder.string())};
+        throw TripError{fmt::format("the campaign is paused; clear the cause, then \"{}\"", go_on(options))};
 }
 
 bool reduce_campaign(const std::filesystem::path& folder, const std::filesystem::path& working) {
@@ -324,33 +329,7 @@ int act_on_campaign(const manual::Values& values) {
     return manual::exit_ok;
 }
 
-/// "calibrate response" without recordings drives its plan into a folder beside the file first.
-int act_on_calibrate(const manual::Values& values) {
-    if (values.text("DEVICE") != "response" || values.has("--from") || values.has("--coupled-dc"))
-        return calibrate(values);
-    refuse_others("response", values, {"DEVICE", "--rig", "--scene", "--output", "--json"});
-    const std::filesystem::path file = response_file(values);
-    CampaignOptions options{.plan = "response.toml",
-                            .plan_text = response_plan,
-                            .folder = std::filesystem::path{file}.replace_extension(),
-                            .run = {}};
-    options.run.rig = values.text("--rig");
-    options.run.scene = values.text("--scene");
-    options.run.standard = simulated::paper_scene(simulated::Detail::positions);
-    options.run.pictures = recorded::KeptPictures::off;
-    options.json = values.has("--json");
-    measure_campaign(options);
-    calibrate_response(values, file, {options.folder});
-    return manual::exit_ok;
-}
-
 }  // namespace
-
-manual::Command calibrate_row() {
-    manual::Command row = calibrations_row();
-    row.act = act_on_calibrate;
-    return row;
-}
 
 manual::Command campaign_row() {
     return {

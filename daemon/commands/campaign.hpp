@@ -1,7 +1,9 @@
 #pragma once
 // The command "campaign": checks a plan, measures it, continues it, or makes its points table again.
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 #include "daemon/campaign/plan.hpp"
@@ -16,7 +18,8 @@ struct CampaignOptions {
     run::RunOptions run;
     /// Length of the cameras' view, for the check of a plan; NaN: that of the simulated bench.
     double view_m = NAN;
-    bool json = false;  // standard output has JSON, lines of the campaign go to standard error
+    bool json = false;
+    std::FILE* lines_to = stdout;  // of the campaign
 };
 
 /// The text of daemon/campaign/plans/response.toml.
@@ -25,6 +28,8 @@ extern const std::string_view response_plan;
 /// Prints points, order, predicted travel, bench time and bytes; nothing moves. InputError for a plan beyond
 /// the limits of the bench.
 void check_plan(const CampaignOptions& options);
+/// The command line that goes on with a campaign that has paused.
+std::string go_on(const CampaignOptions& options);
 /// Measures the points of a plan into a new folder, or the remaining points of a campaign.
 /// InputError for a plan that cannot be read or is beyond the limits, and for a folder in use. TripError when
 /// the drive has tripped and nobody is there to clear the trip.

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdio>
 
-#include "daemon/commands/calibrate/calibrate.hpp"
 #include "daemon/manual/help.hpp"
 #include "daemon/manual/parser.hpp"
 

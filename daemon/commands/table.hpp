@@ -11,7 +11,7 @@ const manual::Program& program();
 /// exceptions of the command.
 int run_command_line(int argc, const char* const* argv);
 
-// The rows, one file a command.
+// The rows.
 manual::Command run_row();
 manual::Command calibrate_row();
 manual::Command campaign_row();

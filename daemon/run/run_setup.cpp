@@ -83,8 +83,7 @@ void require_seen(const bench::Bench& bench, const Drive& drive) {
             fmt::format("frequency {:.4g} Hz: high_pass_hz or low_pass_hz of the accelerometer change the "
                         "amplitude at {:.4g} "
                         "Hz by {:+.0f} %; at most {:.0f} % is allowed for a response that was not measured "
-                        "here (\"shakerd "
-                        "calibrate response\")",
+                        "here: leave these keys out, then \"shakerd calibrate response\"",
                         drive.frequency, f, 100 * moved, 100 * most_moved)};
     }
 }

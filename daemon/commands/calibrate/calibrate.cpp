@@ -198,13 +198,15 @@ manual::Command calibrations_row() {
             "distance "
             "and lens follow from the corners of its squares. The rig file names the result in the camera's "
             "table. response: lower corner and low-pass of the accelerometer: two drives of eight lines "
-            "each, 5 to 200 Hz and at most 0.35 g, which the cameras see at the same time, 65 s; their "
-            "recordings stay in a folder beside the file. With --from nothing is driven. The rig file names "
+            "each, 5 to 200 Hz and at most 1 g, which the cameras see at the same time, 65 s, as a campaign: "
+            "a "
+            "trip pauses it. The recordings stay in a folder beside the file. With --from nothing is driven. "
+            "The rig file names "
             "the result: [accelerometer] response = \"FILE\". strip: prints bars "
             "of irregular width as a PDF, for a target of kind \"code\".",
         .arguments = calibrate_arguments,
         .example = "shakerd calibrate accelerometer --rig bench.toml --latitude 52.1deg --height 80m",
-        .exit_statuses = {manual::exit_device, manual::exit_signal},
+        .exit_statuses = {manual::exit_device, manual::exit_tripped, manual::exit_signal},
         .act = calibrate};
 }
 

@@ -71,7 +71,9 @@ Json seen(const iio_device* device) {
 
 /// A context: this computer, a USB device or a network address.
 Json context_at(const std::string& uri) {
-    Json place{{"uri", uri}, {"description", ""}, {"triggers", Json::array()}, {"devices", Json::array()}};
+    const Json none{
+        {"uri", uri}, {"description", ""}, {"triggers", Json::array()}, {"devices", Json::array()}};
+    Json place = none;
     try {
         const IioContextHandle context = open_iio_context(uri);
         place["description"] = iio_string(iio_context_get_description(context.get()));
@@ -83,6 +85,7 @@ Json context_at(const std::string& uri) {
                 place["devices"].push_back(std::move(found));
         }
     } catch (const DeviceError& e) {
+        place = none;
         place["error"] = e.what();
         if (uri == this_computer && !std::filesystem::exists("/sys/bus/iio"))
             place["error"] =

@@ -43,6 +43,7 @@ TEST_F(CalibrateResponseTest, WithItTheBaseMovesAsAsked) {
     const Outcome again = calibrate("--from response -o same.toml --json");
     EXPECT_EQ(json::parse(again.out).at("high_pass"), json::parse(fit.out).at("high_pass"));
     expect_refused("--scene scene.toml -o response.toml", "exists and is not overwritten");
+    expect_refused("--scene scene.toml -o response.txt", "fit its recordings");
     const json found = json::parse(fit.out), high = found.at("high_pass"), low = found.at("low_pass");
     std::printf("corner %.4f +- %.4f Hz, low-pass %.0f +- %.0f Hz\n", high.at("hz").get<double>(),
                 high.at("error_hz").get<double>(), low.at("hz").get<double>(),
@@ -102,6 +103,7 @@ TEST_F(CalibrateResponseTest, ACertificateIsFittedAlike) {
 TEST_F(CalibrateResponseTest, RefusesWithTheReason) {
     expect_refused("--coupled-dc -o x.toml", "name it by --from");
     expect_refused("--camera top -o x.toml", "--camera is for another device");
+    expect_refused("-o other/", "has no file name");
     expect_refused("--from . --rig bench.toml -o x.toml", "--rig is for another device");
     expect_refused("--from . -o x.toml", "has no recordings");
     expect_refused("--from . --hold 3s", "--hold is for another device");
