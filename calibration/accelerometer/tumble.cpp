@@ -85,7 +85,7 @@ AxisOrder axis_order(std::span<const Attitude> attitudes, std::span<const Vector
 }
 
 using Parameters = Eigen::Matrix<double, 9, 1>;
-using Normal = Eigen::MatrixXd;  // 9 x 9; of fixed size it costs the compiler ten times as much
+using Normal = Eigen::MatrixXd;  // 9 x 9; of fixed size it costs the compiler 4 s more
 
 constexpr double parts_of_record = 10;
 constexpr double unlikely = 1e-4;        // chance of chi2 below which the errors are widened

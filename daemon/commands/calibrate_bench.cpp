@@ -22,9 +22,8 @@ std::filesystem::path response_folder(const std::filesystem::path& file) {
     if (folder == file) folder += "-drives";
     if (std::filesystem::exists(folder) && !std::filesystem::is_empty(folder))
         throw InputError{
-            fmt::format("{0}: is there already; give another --output, or fit its recordings: \"shakerd "
-                        "calibrate response "
-                        "--from {0} -o {1}\"",
+            fmt::format("{0}: is there already; give another --output, or fit its recordings: "
+                        "\"shakerd calibrate response --from {0} -o {1}\"",
                         folder.string(), file.string())};
     return folder;
 }

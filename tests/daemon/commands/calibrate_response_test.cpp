@@ -100,6 +100,28 @@ TEST_F(CalibrateResponseTest, ACertificateIsFittedAlike) {
     expect_refused("--from certificate.csv -o other.toml", "certificate.csv:9: gain is -1; must be above 0");
 }
 
+TEST_F(CalibrateResponseTest, AFileWithoutAnEndingHasItsDrivesBesideIt) {
+    write("scene.toml", sensor);
+    const Outcome fit = calibrate("--scene scene.toml -o plain");
+    EXPECT_EQ(fit.status, 0) << fit.err;
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder / "plain"));
+    EXPECT_TRUE(std::filesystem::is_directory(folder / "plain-drives"));
+}
+
+TEST_F(CalibrateResponseTest, FitsNothingWhenADriveIsMissing) {
+    write("scene.toml", sensor);
+    const int status = std::system(("cd " + folder.string() + " && echo stop | " + test::build_dir() +
+                                    "/shakerd calibrate response --scene scene.toml -o early.toml >out 2>err")
+                                       .c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2);
+    std::ifstream err{folder / "err"};
+    const std::string said{std::istreambuf_iterator<char>{err}, {}};
+    EXPECT_NE(said.find("\"shakerd campaign early --continue --scene scene.toml\" goes on"),
+              std::string::npos)
+        << said;
+    EXPECT_FALSE(std::filesystem::exists(folder / "early.toml"));
+}
+
 TEST_F(CalibrateResponseTest, RefusesWithTheReason) {
     expect_refused("--coupled-dc -o x.toml", "name it by --from");
     expect_refused("--camera top -o x.toml", "--camera is for another device");
