@@ -17,7 +17,9 @@ inline constexpr double wrong_size = 0.04;
 struct Candidate {
     Point at;
     double sd = 0;          // px, along the shaker's axis
-    bool degraded = false;  // partly hidden, saturated or blurred
+    double doubt = 0;       // px, standard error by the doubts, beside sd
+    bool degraded = false;  // partly hidden or blurred, or its body turns
+    bool mixed = false;     // it may be one of its neighbours
     double likeness = 0;    // 0..1, share of the target's outline or texture that is visible
 };
 

@@ -69,8 +69,11 @@ private:
     bool solve(const TextureBank::Sums& sums, Solution& s, double& offset, Eigen::Vector2d& step) const;
     Solution measure(const ImageView& image, Point start);
     void find_direction();
-    void find_noise(const ImageView& image);
-    bool judge(const Solution& solution, Candidate& out) const;
+    /// Noise of the pixels where the texture is after a shift, codes^2.
+    [[nodiscard]] double noise_variance(const ImageView& image, Point shift) const;
+    /// rms of what its parts have moved beside the shift, px: the body turns, bends or comes nearer.
+    [[nodiscard]] double distortion_px(const ImageView& image, const Solution& solution) const;
+    bool judge(const ImageView& image, const Solution& solution, Candidate& out) const;
     /// Appends what resembles the texture at shifts in a box; tries at most so many places.
     void try_peaks(const ImageView& image, const Box& shifts, std::size_t tries, std::vector<Candidate>& out);
     [[nodiscard]] Box around(Point shift) const noexcept;
@@ -84,6 +87,7 @@ private:
     int climbed_ = 1;  // one block of so many leads a climb
     bool one_direction_ = false;
     double least_variance_ = 0;  // of the noise, from frame 0 alone
+    double steepness2_ = 0;      // mean square of the texture's gradient, codes^2/px^2
     Eigen::Vector2d direction_{1, 0};
     // Progress of a search that takes several pictures.
     std::size_t turn_ = 0;
@@ -251,6 +255,7 @@ PatchLocator::Solution PatchLocator::measure(const ImageView& image, Point start
 
 void PatchLocator::find_direction() {
     const Eigen::Matrix2d structure = bank_.sums().own.block<2, 2>(2, 2);
+    steepness2_ = structure.trace() / bank_.sums().own(0, 0);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen{structure};
     one_direction_ = eigen.eigenvalues()[0] < 0.03 * eigen.eigenvalues()[1];
     direction_ = eigen.eigenvectors().col(1);
@@ -260,9 +265,12 @@ void PatchLocator::find_direction() {
     }
 }
 
-// Frame 0 fits itself without residual; its noise is measured with a mask that ignores planes and curvature.
-void PatchLocator::find_noise(const ImageView& image) {
-    const Box& b = bank_.texture().box();
+// By a mask that ignores planes and curvature: frame 0 fits itself without residual.
+double PatchLocator::noise_variance(const ImageView& image, Point shift) const {
+    Box b = bank_.texture().box();
+    const int dx = static_cast<int>(std::lround(shift.x)), dy = static_cast<int>(std::lround(shift.y));
+    b = {std::max(b.x0 + dx, 0), std::max(b.y0 + dy, 0), std::min(b.x1 + dx, image.width),
+         std::min(b.y1 + dy, image.height)};
     double sum = 0, n = 0;
     with_pixels(image, [&](auto p) {
         for (int y = b.y0 + 1; y + 1 < b.y1; ++y) {
@@ -276,7 +284,17 @@ void PatchLocator::find_noise(const ImageView& image) {
         }
     });
     const double noise = sum / std::max(n, 1.0) * std::sqrt(std::numbers::pi / 2);
-    least_variance_ = noise * noise + 1.0 / 12;
+    return noise * noise + 1.0 / 12;
+}
+
+double PatchLocator::distortion_px(const ImageView& image, const Solution& s) const {
+    constexpr double worth_a_look = 1.2, sure = 1.1;  // times the noise of this frame and of frame 0
+    const double learned = s.gain * s.gain * least_variance_;
+    if (s.variance < worth_a_look * (least_variance_ + learned)) return 0;
+    const double noise = std::max(least_variance_, noise_variance(image, s.shift)) + learned;
+    if (s.variance < sure * noise) return 0;
+    const double directions = one_direction_ ? 1 : 2;
+    return std::sqrt(directions * (s.variance - noise) / (s.gain * s.gain * steepness2_));
 }
 
 Point PatchLocator::learn(const ImageView& image) {
@@ -290,7 +308,7 @@ Point PatchLocator::learn(const ImageView& image) {
     bank_.compare(image, {0, 0});
     bank_.use_all();
     find_direction();
-    find_noise(image);
+    least_variance_ = noise_variance(image, {});
     return learned_;
 }
 
@@ -298,7 +316,10 @@ double PatchLocator::extent() const noexcept {
     return 0.5 * std::min(bank_.texture().width(), bank_.texture().height());
 }
 
-bool PatchLocator::judge(const Solution& s, Candidate& out) const {
+bool PatchLocator::judge(const ImageView& image, const Solution& s, Candidate& out) const {
+    constexpr double distorted_from = 0.4;  // px
+    constexpr double moves_middle =
+        0.3;  // of a distortion: a body that turns about a point 0.5 to 2 sizes off
     if (!s.converged || s.gain < 0.3 || s.gain > 3 || s.share < 0.3 || s.likeness < enough_match)
         return false;
     const Eigen::Vector2d axis{subject_.along[0], subject_.along[1]};
@@ -309,7 +330,13 @@ bool PatchLocator::judge(const Solution& s, Candidate& out) const {
     out.at = learned_ + s.shift;
     out.likeness = s.likeness * std::min(1.0, s.share);
     out.degraded = s.share < 0.8;
-    return out.sd < 0.5;
+    if (!(out.sd < 0.5)) return false;
+    const double distortion = distortion_px(image, s);
+    if (distortion > distorted_from) {
+        out.degraded = true;
+        out.doubt = moves_middle * distortion;
+    }
+    return true;
 }
 
 void PatchLocator::try_peaks(const ImageView& image, const Box& shifts, std::size_t tries,
@@ -321,7 +348,7 @@ void PatchLocator::try_peaks(const ImageView& image, const Box& shifts, std::siz
         const std::size_t k = i == 0 || tries == peaks_.size() ? i : 1 + turn_++ % (peaks_.size() - 1);
         const Point start = bank_.climb(image, peaks_[k].shift, search_.cell() / 2, climbed_);
         Candidate candidate;
-        if (!judge(measure(image, start), candidate)) continue;
+        if (!judge(image, measure(image, start), candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };
         if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
     }
@@ -335,7 +362,7 @@ Box PatchLocator::around(Point shift) const noexcept {
 
 bool PatchLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
     const Point start = predicted - learned_;
-    if (judge(measure(image, start), out) && length(out.at - predicted) < reach()) return true;
+    if (judge(image, measure(image, start), out) && length(out.at - predicted) < reach()) return true;
     near_.clear();
     try_peaks(image, around(start), 1, near_);
     if (near_.empty()) return false;

@@ -11,6 +11,7 @@
 #include "tracking/constellation.hpp"
 #include "tracking/image/region.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/old_rows.hpp"
 #include "tracking/slip_watch.hpp"
 
 namespace shaker::tracking {
@@ -21,17 +22,21 @@ constexpr double enough_likeness = 0.85;  // above it, an unnamed object counts 
 constexpr double better_than_rivals = 0.05;
 // A bright side that is clipped moves the place of an edge by up to this, px: measured at exposures that are
 // up to three times too long.
-constexpr double clipped_share_from = 0.05, clipped_sd = 0.04;
+constexpr double clipped_sd = 0.04;
 // The same where less than this share of the outline is seen: edges then do not balance each other.
 constexpr double balanced_likeness = 0.75, clipped_unbalanced_sd = 0.5;
 // A larger error than this, px, says that the blocks of a clipped outline disagree: its edges moved apart.
 constexpr double clipped_most_sd = 0.04;
+// A locator looks again with care at what it has learned in one of so many pictures.
+constexpr int most_clipped = 16;
 
 struct Followed {
     std::unique_ptr<Locator> locator;
     std::string label;
     TargetKind kind{};
     SlipWatch slips;
+    ClippingWatch clipping{};
+    int clipped = 0;  // pictures, less those that came since
     Point at{}, velocity{};
     Box region{};       // in frame 0
     Point began{};      // place in frame 0
@@ -49,8 +54,8 @@ struct Group {
     /// Degrades a member that may bear another one's name.
     void doubt(Candidate& found) const {
         const double doubt = constellation.doubt_px();
-        found.degraded = found.degraded || doubt > 0;
-        found.sd = std::hypot(found.sd, doubt);
+        found.mixed = doubt > 0;
+        found.doubt = std::hypot(found.doubt, doubt);
     }
 };
 
@@ -60,6 +65,7 @@ struct ViewTracker::Impl {
     View view;
     std::vector<Followed> targets;
     std::vector<Group> groups;
+    OldRows old_rows;
     std::vector<Fix> fixes;
     std::vector<Candidate> candidates;
     std::int64_t last_tick = 0;
@@ -87,16 +93,21 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
         return;
     }
     // A partly hidden target may be something else beside it: no evidence about slips.
-    const bool partly = found.degraded;
+    const bool partly = found.degraded || found.mixed;
     const int x = static_cast<int>(std::lround(found.at.x - t.began.x));
     const int y = static_cast<int>(std::lround(found.at.y - t.began.y));
     const Box& r = t.region;
-    if (clipped_share(image, {r.x0 + x, r.y0 + y, r.x1 + x, r.y1 + y}) > clipped_share_from) {
+    // What a locator has learned from clipped pictures stays in doubt for as many that follow.
+    if (t.clipping.clipped(image, {r.x0 + x, r.y0 + y, r.x1 + x, r.y1 + y}, old_rows.noise_seen())) {
+        t.clipped = std::min(t.clipped + 1, most_clipped);
         if (found.sd > clipped_most_sd) return lose(k, frames);
-        found.degraded = true;
+    } else {
+        t.clipped = std::max(t.clipped - 1, 0);
+    }
+    const bool clipped = t.clipped > 0;
+    if (clipped)
         found.sd =
             std::hypot(found.sd, found.likeness < balanced_likeness ? clipped_unbalanced_sd : clipped_sd);
-    }
     t.velocity = t.seen && frames > 0 ? (1 / frames) * (found.at - t.at) : Point{};
     t.at = found.at;
     const Point axis{view.along[0], view.along[1]};
@@ -106,11 +117,13 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
         slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen);
         t.unseen = 0;
     }
-    const double doubt = std::hypot(t.slips.doubt_px(), slip.value_or(0));
-    if (found.degraded || doubt > 0)
-        fixes[k] = {found.at.x, found.at.y, std::hypot(found.sd, doubt), TrackState::degraded};
-    else
-        fixes[k] = {found.at.x, found.at.y, found.sd, t.seen ? TrackState::ok : TrackState::reacquired};
+    const double slipped = std::hypot(t.slips.doubt_px(), slip.value_or(0));
+    const TrackState state = slipped > 0 || found.mixed ? TrackState::slipped
+                             : clipped                  ? TrackState::clipped
+                             : found.degraded           ? TrackState::degraded
+                             : t.seen                   ? TrackState::ok
+                                                        : TrackState::reacquired;
+    fixes[k] = {found.at.x, found.at.y, std::hypot(found.sd, found.doubt, slipped), state};
     if (slip) t.at = t.at - *slip * axis;  // the next picture is searched at the true place
     t.seen = true;
 }
@@ -256,7 +269,7 @@ bool ViewTracker::Impl::follow_near(const ImageView& image, Group& group, double
         Locator* const locator = named ? targets[group.targets[i]].locator.get()
                                        : group.companions[i - group.targets.size()].get();
         if (locator == nullptr || !locator->locate(image, expected[i], candidates[i]) ||
-            candidates[i].degraded)
+            candidates[i].degraded || candidates[i].mixed)
             return false;
     }
     if (expected.empty() || !group.constellation.confirm(candidates, frames)) return false;
@@ -321,6 +334,7 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
         throw InputError{"camera " + self.view.camera + ": image of " + std::to_string(image.width) + " x " +
                          std::to_string(image.height) + " px; must be at least 4 x 4"};
     }
+    const bool old = self.old_rows.in(image);
     if (!self.started) {
         self.start(image);
     } else {
@@ -328,6 +342,10 @@ std::span<const Fix> ViewTracker::update(const ImageView& image, CameraTick tick
             throw InputError{"camera " + self.view.camera + ": image changes from " +
                              std::to_string(self.width) + " x " + std::to_string(self.height) + " px to " +
                              std::to_string(image.width) + " x " + std::to_string(image.height)};
+        }
+        if (old) {  // as if it had not come, for those that follow
+            std::ranges::fill(self.fixes, Fix{.state = TrackState::repeated});
+            return self.fixes;
         }
         const double frames = static_cast<double>(std::max<std::int64_t>(1, tick.n - self.last_tick));
         for (std::size_t k = 0; k < self.targets.size(); ++k) {

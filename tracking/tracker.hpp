@@ -1,6 +1,7 @@
 #pragma once
 // ViewTracker: follows the targets of one view from frame to frame. Fix and Track: position of a target in
 // one frame.
+#include <array>
 #include <limits>
 #include <memory>
 #include <span>
@@ -14,8 +15,13 @@
 
 namespace shaker::tracking {
 
-/// degraded: found, but partly hidden, saturated or blurred. reacquired: first good frame after a loss.
-enum class TrackState { ok, degraded, lost, reacquired };
+/// reacquired: first good frame after a loss. Found, but in doubt: degraded, partly hidden or blurred;
+/// clipped, its bright side saturates; slipped, marks may have been mistaken for their neighbours. repeated:
+/// the frame has rows of an earlier one (delivered twice, or torn), nothing in it counts.
+enum class TrackState { ok, degraded, lost, reacquired, clipped, slipped, repeated };
+/// In their order.
+inline constexpr std::array track_words{"ok",      "degraded", "lost",    "reacquired",
+                                        "clipped", "slipped",  "repeated"};
 
 /// One target in one frame, px. Pixel centres are at whole numbers. NaN when lost.
 struct Fix {
@@ -34,7 +40,10 @@ struct Track {
     double sd_m = std::numeric_limits<double>::quiet_NaN();
 };
 
-constexpr bool found(TrackState s) noexcept { return s != TrackState::lost; }
+constexpr bool found(TrackState s) noexcept { return s != TrackState::lost && s != TrackState::repeated; }
+constexpr bool doubtful(TrackState s) noexcept {
+    return s == TrackState::degraded || s == TrackState::clipped || s == TrackState::slipped;
+}
 
 /// All targets of one camera. Not thread-safe: one per camera thread. Deterministic: equal frames give equal
 /// fixes.
@@ -46,7 +55,8 @@ public:
     ViewTracker& operator=(ViewTracker&&) noexcept;
     /// Fixes of all targets in the next frame, in the order of view.targets. The first frame initialises the
     /// targets from their regions and throws InputError that names camera, target and region if one is not
-    /// found. In later frames a target that is not found is `lost`. The span is valid until the next call.
+    /// found. In later frames a target that is not found is `lost`. The span is valid until the
+    /// next call.
     std::span<const Fix> update(const ImageView& image, CameraTick tick);
     /// The same for a frame that carries sightings: each target is ok where it was seen, or lost. Earlier
     /// frames do not count.

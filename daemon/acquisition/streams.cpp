@@ -24,8 +24,6 @@ std::span<const T> within(const std::vector<T>& list, const ReadPart& part, Time
     return {begin, end};
 }
 
-bool doubtful(const tracking::Track& t) { return t.fix.state == tracking::TrackState::degraded; }
-
 // Counts losses and doubtful places from from_s to to_s only. The reduction cuts the positions to that part.
 reduction::MotionSeries series_of(const TargetTrack& t, const ReadPart& read, double from_s, double to_s) {
     reduction::MotionSeries s;
@@ -37,10 +35,15 @@ reduction::MotionSeries series_of(const TargetTrack& t, const ReadPart& read, do
     int places = 0;
     for (const tracking::Track& k : tracks) {
         if (!counts(k)) continue;
-        const bool shown = found(k.fix.state) && std::isfinite(k.x_m);
+        using tracking::TrackState;
+        const TrackState state = k.fix.state;
+        const bool shown = found(state) && std::isfinite(k.x_m);
         s.lost += !shown;
+        s.repeated += state == TrackState::repeated;
         places += shown;
-        s.doubtful += shown && doubtful(k);
+        s.doubtful += shown && doubtful(state);
+        s.clipped += shown && state == TrackState::clipped;
+        s.slipped += shown && state == TrackState::slipped;
     }
     s.with_doubtful = 2 * s.doubtful > places;
     for (std::vector<double>* list : {&s.t_s, &s.x_m, &s.sd_m}) list->reserve(tracks.size());
@@ -49,7 +52,7 @@ reduction::MotionSeries series_of(const TargetTrack& t, const ReadPart& read, do
         s.stream_to_s = std::max(s.stream_to_s, seconds(k.time));
         if (!std::isfinite(seconds(k.time))) continue;
         if (!found(k.fix.state) || !std::isfinite(k.x_m)) continue;
-        if (doubtful(k) && !s.with_doubtful) continue;
+        if (doubtful(k.fix.state) && !s.with_doubtful) continue;
         s.t_s.push_back(seconds(k.time));
         s.x_m.push_back(k.x_m);
         s.sd_m.push_back(k.sd_m);

@@ -15,6 +15,7 @@
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
 #include "drivers/settings_table.hpp"
+#include "drivers/with_error.hpp"
 
 namespace shaker::campaign {
 
@@ -25,7 +26,7 @@ using recording::MeasuredResult;
 using reduction::Reduction;
 
 std::vector<MeasuredResult> computed_again(const recorded::RecordingReader& file, std::string& how) {
-    const std::string why = recording::why_not_from_pictures(file);
+    const std::string why = recording::why_not_followed_again(file);
     how = why.empty() ? "computed again from pictures or positions of the cameras"
                       : "computed again from the stored tracks: " + why;
     std::vector<std::string> notes;
@@ -164,12 +165,14 @@ private:
                 of_each(reductions_, [from](const Reduction& r) { return r.*from; }), weights_);
         for (const Reduction* r : reductions_)
             row_.phi_systematic = std::fmax(row_.phi_systematic, r->systematic.phi);
-        // Most of its error is that of the sensor's offset, the same in all passes.
-        row_.tilt = {0, 0};
-        for (std::size_t i = 0; i < reductions_.size(); ++i) {
-            row_.tilt.value += weights_[i] * reductions_[i]->tilt.angle.value;
-            row_.tilt.sigma += weights_[i] * reductions_[i]->tilt.angle.sigma;
-        }
+        // Most of the errors, of the sensor's offset and of a told corner, are the same in all passes.
+        row_.tilt = row_.corner = {0, 0};
+        for (std::size_t i = 0; i < reductions_.size(); ++i)
+            for (const auto& [to, from] :
+                 {std::pair{&row_.tilt, &reductions_[i]->tilt.angle}, {&row_.corner, &reductions_[i]->corner.hz}}) {
+                to->value += weights_[i] * from->value;
+                to->sigma += weights_[i] * from->sigma;
+            }
         row_.phi = reduction::weighted_angle(of_each(reductions_, [](const Reduction& r) { return r.phi; }),
                                              weights_);
     }
@@ -267,6 +270,30 @@ std::vector<PointRow> asked_rows(std::span<const Point> points) {
     return rows;
 }
 
+void name_other_corners(std::vector<PointRow>& rows) {
+    constexpr std::size_t fewest = 3;   // others
+    constexpr double improbable = 5;    // standard errors
+    constexpr double alike = 0.1;  // frequencies, relative: a low-pass that is not told moves the corner with them
+    constexpr double of_median = 1.25;  // its error over that of a mean
+    for (PointRow& row : rows) {
+        std::vector<Estimate> others;
+        for (const PointRow& other : rows)
+            if (&other != &row && other.corner.sigma > 0 &&
+                std::abs(other.asked.frequency / row.asked.frequency - 1) < alike)
+                others.push_back(other.corner);
+        if (others.size() < fewest || !(row.corner.sigma > 0) || !row.doubt.empty()) continue;
+        const auto middle = others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2);
+        std::ranges::nth_element(others, middle, {}, &Estimate::sigma);
+        const double error = of_median * middle->sigma / std::sqrt(static_cast<double>(others.size()));
+        std::ranges::nth_element(others, middle, {}, &Estimate::value);
+        if (std::abs(row.corner.value - middle->value) > improbable * std::hypot(row.corner.sigma, error))
+            row.doubt = fmt::format(
+                "the accelerometer's lower corner is {} Hz here, {} Hz at the other points: was the sensor "
+                "or its input changed, or is a low-pass not stated?",
+                with_error(row.corner.value, row.corner.sigma), with_error(middle->value, error));
+    }
+}
+
 PointResults point_results(const std::filesystem::path& folder, std::span<const PointRow> asked,
                            const Progress& progress, Source source) {
     PointResults out;
@@ -294,6 +321,7 @@ PointResults point_results(const std::filesystem::path& folder, std::span<const 
         }
         PointRows{out.table, std::move(row)}.add(passes);
     }
+    name_other_corners(out.table.points);
     return out;
 }
 

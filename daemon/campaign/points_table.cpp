@@ -65,6 +65,10 @@ constexpr std::array point_numbers{
     number<&PointRow::phi_systematic>("phi_systematic", "rad",
                                       "standard error of phi by the errors of high_pass_hz and low_pass_hz, "
                                       "common to all points; NaN: neither is set"),
+    value<&PointRow::corner>("corner", "Hz",
+                             "lower corner of the accelerometer that the results are corrected for, the "
+                             "mean of the passes; NaN: none, or not known"),
+    errors<&PointRow::corner>("corner_errors", "Hz"),
     number<&PointRow::true_v_D>("true_v_D", "m/s",
                                 "true drift velocity over the same periods; NaN: not a simulated bench"),
     number<&PointRow::chi2>(
@@ -337,6 +341,17 @@ PointsTable read_points(const std::filesystem::path& file) try {
     throw InputError{fmt::format("{}: {}", file.string(), e.what())};
 }
 
+namespace {
+
+/// A column that a table of before does not have.
+template <class Row>
+bool later_without_values(std::string_view path, const recording::NumberColumn<Row>& c, const std::vector<Row>& rows) {
+    const bool later = std::ranges::find(later_columns, fmt::format("{}/{}", path, c.name)) != later_columns.end();
+    return later && std::ranges::all_of(rows, [&](const Row& row) { return std::isnan(c.get(row)); });
+}
+
+}  // namespace
+
 std::vector<std::string> differences(const PointsTable& stored, const PointsTable& now) {
     std::vector<std::string> found;
     if (!same(stored.gravity, now.gravity))
@@ -352,7 +367,7 @@ std::vector<std::string> differences(const PointsTable& stored, const PointsTabl
                                return;
                            }
                            for (const auto& c : columns.numbers)
-                               compare(columns.path, c, was, rows, same, found);
+                               if (!later_without_values(columns.path, c, was)) compare(columns.path, c, was, rows, same, found);
                            for (const auto& c : columns.texts)
                                compare(columns.path, c, was, rows, std::equal_to<std::string>{}, found);
                        }

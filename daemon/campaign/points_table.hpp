@@ -21,12 +21,13 @@ struct PointRow {
     std::string outcome = "not begun", reason{};
     // Results; NaN unless the point is measured.
     calibration::Estimate frequency{}, gamma{}, rho{}, phi{}, v_rms{}, v_D{}, D{}, efficiency{};
-    calibration::Estimate tilt{};  // by gravity, rad
-    double phi_systematic = NAN;   // standard error of phi by those of high_pass_hz and low_pass_hz, rad
-    double true_v_D = NAN;         // m/s, of a simulated bench
-    double chi2 = NAN;             // of the passes, per degree of freedom
-    double periods = 0;            // measured, all passes
-    double travel_m = NAN;         // displacement of the walker, settling included
+    calibration::Estimate tilt{};    // by gravity, rad
+    double phi_systematic = NAN;     // standard error of phi by those of high_pass_hz and low_pass_hz, rad
+    calibration::Estimate corner{};  // of the accelerometer, Hz: by the cameras and the settings
+    double true_v_D = NAN;           // m/s, of a simulated bench
+    double chi2 = NAN;               // of the passes, per degree of freedom
+    double periods = 0;              // measured, all passes
+    double travel_m = NAN;           // displacement of the walker, settling included
     int frames = 0, frames_lost = 0;
     int passes = 0, begun = 0;
     std::string recording{};  // of the first pass

@@ -15,8 +15,9 @@
 namespace shaker::campaign {
 
 /// Columns of the points that tables of before do not have: NaN, or an empty text.
-inline constexpr std::array<std::string_view, 4> later_columns{"points/doubt", "points/tilt",
-                                                               "points/tilt_errors", "points/phi_systematic"};
+inline constexpr std::array<std::string_view, 6> later_columns{"points/doubt",       "points/tilt",
+                                                               "points/tilt_errors", "points/phi_systematic",
+                                                               "points/corner",      "points/corner_errors"};
 
 /// Returns the columns as they are in the rows. across: rows of one point in a matrix; 0: columns.
 class StoredColumns {

@@ -52,11 +52,11 @@ constexpr std::array replay_arguments{
 
 // True when the tracks are to be computed from the pictures.
 bool from_pictures(const recorded::RecordingReader& file, ReplayOptions::From from) {
+    if (from == ReplayOptions::From::best) return recording::why_not_followed_again(file).empty();
     const std::string why = recording::why_not_from_pictures(file);
     if (from == ReplayOptions::From::raw && !why.empty())
         throw InputError{fmt::format("{}: --from raw is not possible: {}", file.file().string(), why)};
-    if (from != ReplayOptions::From::best) return from == ReplayOptions::From::raw;
-    return why.empty() && file.header().schema >= recording::tracks_since;
+    return from == ReplayOptions::From::raw;
 }
 
 // The results computed again, for printing and for comparison with the recording.

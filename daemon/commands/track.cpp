@@ -1,4 +1,5 @@
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -7,7 +8,10 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "daemon/acquisition/collector.hpp"
@@ -16,8 +20,11 @@
 #include "daemon/report/printing.hpp"
 #include "daemon/sandbox/new_files.hpp"
 #include "daemon/sandbox/session_rights.hpp"
+#include "drivers/codecs/codecs.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/footage/lab_session.hpp"
+#include "drivers/footage/media.hpp"
+#include "tracking/proposals.hpp"
 
 namespace shaker::commands {
 
@@ -28,20 +35,23 @@ using manual::Kind;
 
 constexpr std::array track_arguments{
     Argument{.name = "SESSION",
-             .help = "session.toml; drive and accelerometer are not needed",
+             .help = "session.toml; drive and accelerometer are not needed. With --init: a movie or picture",
+             .kind = Kind::file},
+    Argument{.name = "--init",
+             .help = "Find targets in the first picture and write the session.toml for them"},
+    Argument{.name = "--preview",
+             .value = "FILE",
+             .help = "JPEG of the first picture of each camera with its targets; nothing is tracked",
              .kind = Kind::file},
     Argument{.name = "--output",
              .letter = 'o',
              .value = "FILE",
-             .help = "CSV with the columns camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state",
+             .help =
+                 "CSV with the columns camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state; with --init the "
+                 "session.toml",
              .kind = Kind::file,
-             .otherwise = "a summary only"},
+             .otherwise = "a summary only; with --init standard output"},
     manual::json_argument};
-
-const char* word_for(tracking::TrackState s) {
-    constexpr std::array words{"ok", "degraded", "lost", "reacquired"};
-    return words.at(static_cast<std::size_t>(s));
-}
 
 std::string csv_of(const acquisition::Streams& streams) {
     std::string csv = "camera,frame,t_s,target,x_px,y_px,sd_px,x_mm,state\n";
@@ -52,7 +62,7 @@ std::string csv_of(const acquisition::Streams& streams) {
                                                         k.fix.sd_px, 1e3 * k.x_m)
                                           : std::string{",,,"};
             csv += fmt::format("{},{},{:.9f},{},{},{}\n", t.camera, k.tick.n, seconds(k.time), t.target.name,
-                               where, word_for(k.fix.state));
+                               where, tracking::track_words.at(static_cast<std::size_t>(k.fix.state)));
         }
     }
     return csv;
@@ -152,8 +162,117 @@ void track_session(const std::filesystem::path& file, const std::filesystem::pat
         fmt::print("tracks: {}\n", out.string());
 }
 
+/// Rights to read a movie, a picture, or a folder of them.
+sandbox::Confinement rights_for_media(const std::filesystem::path& file) {
+    sandbox::Confinement allowed = sandbox::confinement_for(file);
+    for (const std::filesystem::path& name : footage::media_files(file))
+        (std::filesystem::is_directory(name) ? allowed.files.lists : allowed.files.reads).push_back(name);
+    allowed.prepare = footage::load_decoders;
+    return allowed;
+}
+
+/// A session.toml with the targets in the first picture of `media`, which it names as `name`.
+std::string proposed_session(const std::filesystem::path& media, const std::string& name) {
+    const auto pictures = footage::open_media(media, footage::MissingNumbers::left_out);
+    footage::Picture picture;
+    if (!pictures->next(picture)) throw InputError{media.string() + ": has no picture"};
+    const footage::PictureFormat f = pictures->format();
+    const tracking::Proposals p =
+        tracking::proposed_targets({picture.pixels.data(), f.width, f.height,
+                                    std::ptrdiff_t{f.width} * f.bytes_per_pixel, f.bytes_per_pixel});
+    if (p.targets.empty())
+        throw InputError{fmt::format("{}: no target was found in its first picture{}{}", media.string(),
+                                     p.refused.empty() ? "" : "; ", fmt::join(p.refused, "; "))};
+    const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
+    std::string s =
+        "# Proposed by \"shakerd track --init\". Lengths are in px: set mm_per_px, and multiply them by "
+        "it.\n";
+    for (const std::string& why : p.refused) s += fmt::format("# not proposed: {}\n", why);
+    s += fmt::format("\n[[camera]]\nname = \"view\"\nfile = {}\nfirst_exposure_s = 0.0\n", quoted(name));
+    if (!pictures->rate_hz()) s += "frame_rate_hz = 1000.0         # the file does not state it\n";
+    s += "mm_per_px = 1.0\nalong = [1.0, 0.0]             # image direction of +x\n";
+    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch", "code"};
+    for (const Target& t : p.targets) {
+        s += fmt::format(
+            "\n[[camera.target]]\nname = \"{}\"                 # \"walker\", \"base\", or any name\nkind = "
+            "\"{}\"\n",
+            t.name, kinds.at(static_cast<std::size_t>(t.kind)));
+        for (const auto& [key, value] :
+             {std::pair{"diameter_mm", t.diameter_mm}, {"width_mm", t.width_mm}, {"pitch_mm", t.pitch_mm}})
+            if (value > 0) s += fmt::format("{} = {:.2f}\n", key, value);
+        s += fmt::format("roi_px = [{}]\n", fmt::join(t.roi_px, ", "));
+        if (t.polarity == Polarity::dark) s += "polarity = \"dark\"\n";
+    }
+    return s;
+}
+
+int act_on_init(const std::filesystem::path& media, const std::filesystem::path& out) {
+    std::optional<sandbox::NewFile> made;
+    if (!out.empty()) made.emplace(out);
+    std::error_code unknown;
+    const std::filesystem::path from = out.empty() ? "." : std::filesystem::absolute(out).parent_path();
+    const std::string name = std::filesystem::proximate(media, from, unknown).string();
+    const sandbox::Answer answer = sandbox::ask_confined(media.string(), rights_for_media(media), [&] {
+        return proposed_session(media, unknown ? media.string() : name);
+    });
+    if (answer.status != manual::exit_ok) return answer.status;
+    if (out.empty())
+        report::say(answer.text);
+    else
+        write_all(made->descriptor(), answer.text, out.string());
+    return manual::exit_ok;
+}
+
+/// The first pictures of a session's cameras, one below the other, with their targets.
+cv::Mat previewed(const std::filesystem::path& session) {
+    constexpr int wait_ms = 1000, line = 16;  // px
+    footage::OpenLabSession opened = footage::open_lab_session(session);
+    std::vector<cv::Mat> parts;
+    int width = 0;
+    for (const auto& camera : opened.rig.cameras) {
+        const FramePtr frame = camera->read(std::chrono::milliseconds{wait_ms});
+        if (!frame) throw InputError{camera->view().camera + ": has no picture"};
+        const cv::Mat grey{frame->height, frame->width, frame->bytes_per_pixel == 2 ? CV_16UC1 : CV_8UC1,
+                           const_cast<std::byte*>(frame->view().pixels),
+                           static_cast<std::size_t>(frame->view().stride)};
+        cv::Mat part;
+        cv::normalize(grey, part, 0, 255, cv::NORM_MINMAX, CV_8U);
+        for (const Target& t : camera->view().targets) {
+            const cv::Rect box{t.roi_px[0], t.roi_px[1], t.roi_px[2], t.roi_px[3]};
+            for (const auto& [colour, thick] : {std::pair{0, 3}, {255, 1}}) {
+                cv::rectangle(part, box, colour, thick);
+                cv::putText(part, t.name,
+                            {box.x + 2, box.y > line ? box.y - 4 : box.y + box.height + line - 4},
+                            cv::FONT_HERSHEY_SIMPLEX, 0.45, colour, thick);
+            }
+        }
+        width = std::max(width, part.cols);
+        parts.push_back(part);
+    }
+    for (cv::Mat& part : parts)
+        cv::copyMakeBorder(part, part, 0, line, 0, width - part.cols, cv::BORDER_CONSTANT);
+    cv::Mat all;
+    cv::vconcat(parts, all);
+    return all;
+}
+
+int act_on_preview(const std::filesystem::path& session, const std::filesystem::path& out) {
+    sandbox::SessionRights rights = sandbox::rights_for_session(session);
+    if (rights.status != manual::exit_ok) return rights.status;
+    const sandbox::NewFile made{out};
+    rights.allowed.keeps = {made.descriptor()};
+    return confined(session.string(), rights.allowed, [&] {
+        constexpr int quality = 92;
+        const std::vector<unsigned char> jpeg = codecs::jpeg_of(previewed(session), quality);
+        write_all(made.descriptor(), {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}, out.string());
+        return manual::exit_ok;
+    });
+}
+
 int act_on_track(const manual::Values& values) {
     const std::filesystem::path file = values.text("SESSION"), out = values.text("--output");
+    if (values.has("--init")) return act_on_init(file, out);
+    if (values.has("--preview")) return act_on_preview(file, values.text("--preview"));
     sandbox::SessionRights rights = sandbox::rights_for_session(file);
     if (rights.status != manual::exit_ok) return rights.status;
     std::optional<sandbox::NewFile> made;
@@ -173,6 +292,7 @@ int act_on_track(const manual::Values& values) {
 manual::Command track_row() {
     return {.name = "track",
             .summary = "Track the targets of a session without reducing it",
+            .details = "--init writes a session.toml for a movie, --preview draws the targets of a session.",
             .arguments = track_arguments,
             .example = "shakerd track session.toml -o tracks.csv",
             .exit_statuses = {manual::exit_device},

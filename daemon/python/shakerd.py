@@ -29,7 +29,7 @@ import numpy as np
 
 __all__ = ["Bench", "BenchError", "Campaign", "FileError", "Quantity", "Recording", "Table"]
 
-RECORDING_SCHEMA = 8  # newest version that this file reads; FORMAT.md lists them
+RECORDING_SCHEMA = 9  # newest version that this file reads; FORMAT.md lists them
 CAMPAIGN_SCHEMA = 1
 _UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}
 
@@ -197,7 +197,7 @@ class Recording(_File):
         return [f"{camera}/{target}" for camera, targets in self.entry["tracks"].items() for target in targets]
 
     def track(self, camera: str, target: str) -> Table:
-        """t (master time) and x of a target. state 0: ok, 1: degraded, 2: lost."""
+        """t (master time) and x of a target. state: FORMAT.md; 2 and 6 are lost, 1, 4 and 5 in doubt."""
         return self.table(f"tracks/{camera}/{target}")
 
     @property

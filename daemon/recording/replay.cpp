@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/acquisition/collector.hpp"
+#include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/tables/run_tables.hpp"
 #include "daemon/recording/tables/track_table.hpp"
 #include "drivers/drive.hpp"
@@ -110,6 +111,13 @@ std::string why_not_from_pictures(const recorded::RecordingReader& file) {
         default:
             return "not all pictures were kept";
     }
+}
+
+std::string why_not_followed_again(const recorded::RecordingReader& file) {
+    const std::string why = why_not_from_pictures(file);
+    if (!why.empty() || file.header().schema >= tracks_since) return why;
+    return fmt::format("the file has version {}, and targets are followed otherwise since version {}",
+                       file.header().schema, tracks_since);
 }
 
 acquisition::Streams replayed_streams(const recorded::RecordingReader& file,

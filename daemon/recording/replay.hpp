@@ -12,6 +12,8 @@ namespace shaker::recording {
 /// Why the tracks of a recording cannot be computed from its pictures; empty when they can, also when its
 /// cameras give positions instead of pictures.
 std::string why_not_from_pictures(const recorded::RecordingReader& file);
+/// The same, or that the file is of a version whose targets were followed otherwise: its tracks are used.
+std::string why_not_followed_again(const recorded::RecordingReader& file);
 
 /// The raw streams of a recording and its tracks: computed from the pictures or read from the file, in metres
 /// by the views of `header`.

@@ -19,7 +19,9 @@ struct MotionSeries {
     double exposure_s = 0;
     double scale_error = 0;  // relative standard error of the view's scale, systematic; 0: not known
     int lost = 0;
-    int doubtful = 0;            // degraded places (tracking::TrackState)
+    int repeated = 0;  // of the lost frames: delivered twice or torn
+    int doubtful = 0;  // places in doubt; of these: clipped, perhaps at a neighbour's place
+    int clipped = 0, slipped = 0;
     bool with_doubtful = false;  // they are in the list, since fewer than half of the places are undoubted
     double stream_from_s = 1e300,
            stream_to_s = -1e300;  // span of the view's frames, lost ones included; default: unknown

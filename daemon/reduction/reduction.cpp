@@ -3,8 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -84,22 +86,41 @@ void widen_by_scatter(calibration::Estimate& e, const std::vector<PeriodResult>&
     if (n >= 4) e.sigma = std::max(e.sigma, std::sqrt(squares / (n - 1) / n) * few_periods_factor(n - 1));
 }
 
-int lost_in(const std::vector<MotionSeries>& views) {
-    int lost = 0;
-    for (const MotionSeries& v : views) lost += v.lost;
-    return lost;
+int sum_of(const std::vector<MotionSeries>& views, int MotionSeries::*count) {
+    return std::accumulate(views.begin(), views.end(), 0,
+                           [&](int sum, const MotionSeries& v) { return sum + v.*count; });
 }
 
-void note_lost(int lost_bases, Reduction& out) {
-    if (out.frames_lost > 0) {
-        out.notes.push_back("the walker was lost in " + std::to_string(out.frames_lost) + " of " +
-                            std::to_string(out.frames + out.frames_lost) +
-                            " frames; these frames are excluded");
+/// frames: those in which it was found; 0: not said.
+void note_lost(const char* body, int lost, int repeated, int frames, std::vector<std::string>& notes) {
+    if (lost == 0) return;
+    notes.push_back(fmt::format(
+        "the {} was lost in {}{} frames; these frames are excluded{}", body, lost,
+        frames > 0 ? fmt::format(" of {}", frames + lost) : "",
+        repeated > 0 ? fmt::format("; {} of them repeat rows of an earlier frame (delivered twice, or torn): "
+                                   "check the camera's link and its frame rate",
+                                   repeated)
+                     : ""));
+}
+
+/// "300 clipped, 12 marks perhaps mistaken for their neighbours"; and what to do about it.
+std::array<std::string, 2> causes_of(const MotionSeries& v) {
+    struct Cause {
+        int frames;
+        const char *name, *advice;
+    };
+    std::array<std::string, 2> out;
+    for (const Cause& c : {Cause{v.clipped, "clipped", "shorten the exposure or dim the light"},
+                           {v.slipped, "marks perhaps mistaken for their neighbours",
+                            "keep the marks in view, or use a code of irregular bars"},
+                           {v.doubtful - v.clipped - v.slipped, "partly hidden, blurred, or of a body that turns",
+                            "check light, focus, and what hides it"}}) {
+        if (c.frames == 0) continue;
+        const char* const between = out[0].empty() ? "" : ", ";
+        out[0] += fmt::format("{}{} {}", between, c.frames, c.name);
+        out[1] += between + std::string{c.advice};
     }
-    if (lost_bases > 0) {
-        out.notes.push_back("the base was lost in " + std::to_string(lost_bases) +
-                            " frames; these frames are excluded");
-    }
+    return out;
 }
 
 /// Leaves out views of a body in which most places are in doubt, where another view shows it; a note for each
@@ -112,13 +133,12 @@ void judge_doubtful(const char* body, std::vector<MotionSeries>& views, Reductio
         const std::string effect = !v.with_doubtful ? "these are excluded"
                                    : other          ? "this view is left out"
                                                     : fmt::format("all count: {}", degraded_note);
-        out.notes.push_back(fmt::format(
-            "camera \"{}\": the place of the {} is in doubt in {} frames (partly hidden, clipped, blurred, "
-            "or marks "
-            "that may have been mistaken for their neighbours), {}; {}; check light, focus, and what hides "
-            "it",
-            v.view, body, v.doubtful,
-            v.with_doubtful ? "most of them" : fmt::format("not in {} others", v.t_s.size()), effect));
+        const auto [causes, advice] = causes_of(v);
+        out.notes.push_back(
+            fmt::format("camera \"{}\": the place of the {} is in doubt in {} frames ({}), {}; {}; {}",
+                        v.view, body, v.doubtful, causes,
+                        v.with_doubtful ? "most of them" : fmt::format("not in {} others", v.t_s.size()),
+                        effect, advice));
         out.degraded = out.degraded || (v.with_doubtful && !other);
     }
     if (other) std::erase_if(views, [](const MotionSeries& v) { return v.with_doubtful; });
@@ -263,11 +283,14 @@ Reduction reduce(Measurement measurement) {
     for (const MotionSeries& w : measurement.walkers) out.frames_doubtful += w.doubtful;
     judge_doubtful("walker", measurement.walkers, out);
     judge_doubtful("base", measurement.bases, out);
-    out.frames_lost = lost_in(measurement.walkers);
-    const int lost_bases = lost_in(measurement.bases);
+    out.frames_lost = sum_of(measurement.walkers, &MotionSeries::lost);
+    const int walkers_repeated = sum_of(measurement.walkers, &MotionSeries::repeated);
+    const int lost_bases = sum_of(measurement.bases, &MotionSeries::lost);
+    const int repeated_bases = sum_of(measurement.bases, &MotionSeries::repeated);
     Measurement m = usable_part(std::move(measurement));
     for (const MotionSeries& w : m.walkers) out.frames += static_cast<int>(w.t_s.size());
-    note_lost(lost_bases, out);
+    note_lost("walker", out.frames_lost, walkers_repeated, out.frames, out.notes);
+    note_lost("base", lost_bases, repeated_bases, 0, out.notes);
     BadSamples bad;
     Alignment drive = align_without_bad_samples(m, bad, out.notes);
     out.corner = take_off(m.accelerometer.response, exposure_of(m.bases), drive);

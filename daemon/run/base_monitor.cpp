@@ -40,7 +40,8 @@ Positions positions(const acquisition::TargetTrack& base, double from_s, double 
         if (at_s < from_s) break;
         if (!(at_s < to_s)) continue;  // not known yet, or later
         ++p.frames;
-        if (t->fix.state != tracking::TrackState::ok) continue;
+        using tracking::TrackState;  // clipped edges are off by less than the motion that stops the drive
+        if (t->fix.state != TrackState::ok && t->fix.state != TrackState::clipped) continue;
         p.t_s.push_back(at_s);
         p.x_m.push_back(t->x_m);
         p.sd_m.push_back(t->sd_m);

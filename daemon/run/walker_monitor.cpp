@@ -85,9 +85,9 @@ void WalkerMonitor::add(const acquisition::Streams& streams, double now_s, doubl
     seen_ = std::max(seen_, walker->dropped);
     for (; seen_ < walker->dropped + walker->tracks.size(); ++seen_) {
         const tracking::Track& t = walker->tracks[seen_ - walker->dropped];
-        const bool doubtful = t.fix.state == tracking::TrackState::degraded;
-        const double doubt_mm = doubtful ? 2e3 * t.sd_m : 0;
-        const bool shown = found(t.fix.state) && (!doubtful || camera == nullptr || camera->width == 0 ||
+        const bool doubted = doubtful(t.fix.state);
+        const double doubt_mm = doubted ? 2e3 * t.sd_m : 0;
+        const bool shown = found(t.fix.state) && (!doubted || camera == nullptr || camera->width == 0 ||
                                                   doubt_mm < edge_distance_mm(t, walker->target, *camera));
         lost_ = shown ? 0 : lost_ + 1;
         if (!std::isfinite(seconds(t.time))) continue;

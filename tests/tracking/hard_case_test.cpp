@@ -181,6 +181,36 @@ INSTANTIATE_TEST_SUITE_P(Tracking, HardCaseTest,
                          testing::Values("disc", "dot", "arcs", "rectangle", "dots", "bars", "patch", "code"),
                          [](const auto& kind) { return kind.param; });
 
+// A lever: the patch turns by up to 0.15 rad about a point that is 30 px beside its middle, in quiet pictures
+// and in noisy ones.
+TEST(TurningTest, APatchThatTurnsIsInDoubtBeforeItIsWrong) {
+    const TrackingScene& scene = test::tracking_scene("patch");
+    for (const double noise : {1.0, 3.0, 8.0}) {
+        Follower follow{scene.view};
+        std::mt19937_64 random{3};
+        double origin = 0;
+        int doubted = 0, sharp = 0;
+        constexpr int still = 16, pictures = 200;
+        for (int i = 0; i < pictures; ++i) {
+            const double turn =
+                i < still ? 0 : 0.15 * std::sin(std::numbers::pi * (i - still) / (pictures - still));
+            const Point shift{30 * (1 - std::cos(turn)), 30 * std::sin(turn)};
+            const Fix fix = follow(scene.picture(shift, {.turn = turn}).expose({.noise = noise}, random));
+            if (i < still) {
+                ASSERT_EQ(fix.state, TrackState::ok);
+                origin += fix.x_px / still;
+            }
+            if (i < still || !found(fix.state)) continue;
+            const double error = std::abs(fix.x_px - shift.x - origin);
+            EXPECT_LT(error, 4 * fix.sd_px + 0.01) << "noise " << noise << ", turned by " << turn << " rad";
+            doubted += doubtful(fix.state);
+            sharp += turn > 0.1 && !doubtful(fix.state);
+        }
+        EXPECT_GT(doubted, 0);
+        EXPECT_EQ(sharp, 0) << "noise " << noise;
+    }
+}
+
 // 4 px per frame out of the picture on the right and back, with the rim partly cut on the way.
 TEST(LeavingTest, LeavingDiscIsLostAndFoundAgain) {
     const TrackingScene& scene = test::tracking_scene("disc");

@@ -55,7 +55,7 @@ Json recorded_lines(const std::filesystem::path& name) {
     const recorded::RecordingHeader& header = file.header();
     std::vector<std::string> ignored;
     const acquisition::Streams streams =
-        recording::replayed_streams(file, header, recording::why_not_from_pictures(file).empty(), ignored);
+        recording::replayed_streams(file, header, recording::why_not_followed_again(file).empty(), ignored);
     Json out{{"sensor", header.accelerometer.name},
              {"gravity", header.accelerometer.gravity},
              {"runs", Json::array()},

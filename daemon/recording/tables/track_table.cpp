@@ -13,7 +13,7 @@ double state_of(const Track& t) { return columns::number_of(t.fix.state); }
 
 bool take_state(Track& t, double value) {
     return columns::take(t.fix.state, value) && value >= 0 &&
-           value <= columns::number_of(tracking::TrackState::reacquired);
+           value <= columns::number_of(tracking::TrackState::repeated);
 }
 
 constexpr std::array numbers{
@@ -24,7 +24,10 @@ constexpr std::array numbers{
     number<&Track::fix, &Fix::sd_px>("sd_px", "px", "standard error along the shaker's axis"),
     number<&Track::x_m>("x", "m", "position along the shaker's axis"),
     number<&Track::sd_m>("x_errors", "m", "standard error of x"),
-    NumberColumn<Track>{"state", "1", "0 ok, 1 degraded, 2 lost, 3 found again", state_of, take_state}};
+    NumberColumn<Track>{"state", "1",
+                        "0 ok, 1 degraded, 2 lost, 3 found again, 4 clipped, 5 perhaps at a neighbour's "
+                        "place, 6 in a picture that is delivered twice or torn",
+                        state_of, take_state}};
 
 using simulated::PoseTruth;
 

@@ -67,8 +67,7 @@ Mark mark_of(const tracking::Fix& fix, const Target& target, double px_per_mm, f
     const double extent = std::max({target.diameter_mm, target.width_mm, 1.0}) * px_per_mm;
     const auto size = static_cast<float>(extent) * scale;
     const unsigned kind = target.name == "walker" ? 0 : 1;
-    const unsigned quality =
-        fix.state == tracking::TrackState::lost ? 2 : (fix.state == tracking::TrackState::degraded ? 1 : 0);
+    const auto quality = static_cast<unsigned>(fix.state);
     return {{static_cast<float>(fix.x_px) * scale - size / 2, static_cast<float>(fix.y_px) * scale - size / 2,
              size, size},
             static_cast<std::uint8_t>(kind | quality << 4U)};

@@ -1,5 +1,6 @@
 // A place that the tracker doubts reaches no result with full weight, whatever it says of its error.
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <cmath>
 
@@ -17,14 +18,14 @@ constexpr double everything = 1e300;
 /// Every n-th place of a body, from the first on: off by `off_m`, told to be in doubt, with its old
 /// error.
 Streams doubted(const test::LongStreams& run, int n, double off_m, double sd_m = 0,
-                const char* body = "walker") {
+                const char* body = "walker", TrackState state = TrackState::degraded) {
     Streams streams = run.streams;
     for (TargetTrack& t : streams.tracks) {
         if (t.target.name != body) continue;
         for (std::size_t i = 0; i < t.tracks.size(); i += static_cast<std::size_t>(n)) {
             tracking::Track& place = t.tracks[i];
             if (!found(place.fix.state)) continue;
-            place.fix.state = TrackState::degraded;
+            place.fix.state = state;
             place.x_m += off_m;
             place.sd_m = std::hypot(place.sd_m, sd_m);
         }
@@ -94,6 +95,22 @@ TEST(DoubtfulPlacesTest, ABaseInDoubtGivesNoResponse) {
     } catch (const InputError& error) {
         EXPECT_NE(std::string{error.what()}.find("the place of the base is in doubt"), std::string::npos);
     }
+}
+
+TEST(DoubtfulPlacesTest, NotesNameTheCauseAndWhatToDo) {
+    const test::LongStreams run = test::make_long_streams({.seconds = 10, .lost = 0});
+    const auto of = [&](TrackState state) {
+        return reduced(run, doubted(run, 11, 1e-3, 0, "walker", state));
+    };
+    EXPECT_TRUE(notes(of(TrackState::degraded), " partly hidden, blurred, or of a body that turns), not in "));
+    EXPECT_TRUE(notes(of(TrackState::clipped), " clipped), not in "));
+    EXPECT_TRUE(notes(of(TrackState::clipped), "; shorten the exposure"));
+    EXPECT_TRUE(notes(of(TrackState::slipped), " marks perhaps mistaken for their neighbours), not in "));
+    const Reduction r = of(TrackState::repeated);
+    EXPECT_EQ(r.frames_doubtful, 0);
+    EXPECT_GT(r.frames_lost, 0);
+    EXPECT_TRUE(notes(r, fmt::format("; {} of them repeat rows of an earlier frame", r.frames_lost).c_str()));
+    EXPECT_NEAR(r.v_D.value, run.v_D, 4 * r.v_D.sigma);
 }
 
 TEST(DoubtfulPlacesTest, WithoutDoubtNothingChanges) {

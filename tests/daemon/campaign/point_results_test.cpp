@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "daemon/campaign/combined_passes.hpp"
 #include "tests/support/run/bench_on_call.hpp"
 
@@ -151,6 +153,39 @@ TEST_F(PointResultsTest, PointWithoutResultsIsNotMeasured) {
     EXPECT_EQ(out.remarks.size(), 2U);
     std::ofstream{folder_ / "r2.nxs.part"} << "torn";
     EXPECT_NE(results(p).lost[1].reason.find("shakerd recover"), std::string::npos);
+}
+
+// 200 campaigns of 24 points whose errors differ by a factor of three, one point in half of them of another
+// sensor.
+TEST(OtherCornersTest, OnlyThePointOfAnotherSensorIsInDoubt) {
+    std::mt19937_64 random{11};
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> uniform;
+    int named = 0, wrong = 0;
+    for (int i = 0; i < 200; ++i) {
+        const double hz = uniform(random), error = 0.003 + 0.01 * uniform(random);
+        const auto other = static_cast<std::size_t>(24 * uniform(random));
+        std::vector<PointRow> rows(24);
+        for (PointRow& row : rows) {
+            const double own = error * (1 + 2 * uniform(random));
+            row.corner = {hz + own * normal(random), own};
+        }
+        if (i % 2 == 0) rows[other].corner.value += 30 * error;
+        name_other_corners(rows);
+        for (std::size_t k = 0; k < rows.size(); ++k)
+            (i % 2 == 0 && k == other ? named : wrong) += !rows[k].doubt.empty();
+    }
+    EXPECT_EQ(named, 100);
+    EXPECT_EQ(wrong, 0);
+    std::vector<PointRow> few{{.corner = {0.3, 0.001}}, {.corner = {0.5, 0.001}}, {.corner = {0.1, 0.001}}};
+    few.push_back({.corner = {9, 0.001}, .doubt = "as before"});
+    name_other_corners(few);
+    EXPECT_EQ(few[3].doubt, "as before");
+    EXPECT_NE(few[0].doubt.find("0.3000 +- 0.0010 Hz here"), std::string::npos) << few[0].doubt;
+    few.pop_back();
+    few[0].doubt.clear();
+    name_other_corners(few);
+    EXPECT_EQ(few[0].doubt, "") << "of three points nobody knows which is the other";
 }
 
 // Pictures are tracked again when all were kept; otherwise the stored tracks are used, and the remark has the

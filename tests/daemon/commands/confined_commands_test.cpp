@@ -31,6 +31,8 @@ constexpr std::array commands{"replay run.nxs",
                               "export run.nxs",
                               "track lab/session.toml",
                               "track lab/session.toml -o tracks.csv",
+                              "track --init lab/top.mkv -o mine.toml",
+                              "track --preview lab.jpg lab/session.toml",
                               "reduce lab/session.toml",
                               "reduce --json lab/session.toml -o new.nxs"};
 

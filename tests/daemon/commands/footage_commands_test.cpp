@@ -40,7 +40,7 @@ Tracks read_tracks(const std::filesystem::path& csv) {
         std::stringstream words{line};
         for (std::string w; std::getline(words, w, ',');) f.push_back(w);
         Row r{.frame = std::stoi(f.at(1)), .state = f.at(8)};
-        if (r.state != "lost") {
+        if (!f[4].empty()) {
             r.x_px = std::stod(f[4]);
             r.y_px = std::stod(f[5]);
             r.x_mm = std::stod(f[7]);
@@ -178,6 +178,33 @@ TEST_F(SessionTest, HighSpeedCamerasFilesAreTracked) {
         EXPECT_EQ(r["frames"], frames);
         for (const json& t : r["targets"]) EXPECT_LE(t["frames_lost"].get<int>(), 2) << t;
     }
+}
+
+// From a movie to tracks without a line by hand; nothing is overwritten.
+TEST(ProposedSessionTest, IsTrackedAsItIsWritten) {
+    const auto folder = fresh_folder();
+    ASSERT_EQ(shakerd("example lab", folder).status, 0);
+    for (const std::string view : {"top", "side"}) {
+        const std::string init = "track --init lab/" + view + ".mkv -o " + view + ".toml";
+        Outcome o = shakerd(init, folder);
+        ASSERT_EQ(o.status, 0) << o.err;
+        o = shakerd("track --json " + view + ".toml", folder);
+        ASSERT_EQ(o.status, 0) << o.err;
+        const json r = json::parse(o.out);
+        ASSERT_GE(r["targets"].size(), view == "top" ? 2U : 1U) << o.out;
+        for (const json& t : r["targets"]) EXPECT_EQ(t["frames_lost"], 0) << t;
+        o = shakerd(init, folder);
+        EXPECT_EQ(o.status, 2);
+        EXPECT_NE(o.err.find(view + ".toml"), std::string::npos) << o.err;
+    }
+    Outcome o = shakerd("track --init lab/accelerations.csv", folder);
+    EXPECT_EQ(o.status, 2) << o.err;
+    o = shakerd("track --preview lab.jpg lab/session.toml", folder);
+    ASSERT_EQ(o.status, 0) << o.err;
+    std::ifstream picture{folder / "lab.jpg", std::ios::binary};
+    EXPECT_EQ(picture.get(), 0xFF);
+    EXPECT_EQ(picture.get(), 0xD8);
+    EXPECT_GT(std::filesystem::file_size(folder / "lab.jpg"), 2000U);
 }
 
 // A session of the shared data with one thing changed.

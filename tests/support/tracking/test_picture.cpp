@@ -107,7 +107,7 @@ void TestPicture::code(std::span<const double> edges, int y0, int y1, double dar
 }
 
 void TestPicture::texture(const tracking::Box& box, tracking::Point shift, double strength,
-                          std::uint64_t seed) {
+                          std::uint64_t seed, double turn) {
     constexpr int waves = 30;
     std::mt19937_64 random{seed};
     std::uniform_real_distribution<double> uniform{0, 1};
@@ -120,6 +120,11 @@ void TestPicture::texture(const tracking::Box& box, tracking::Point shift, doubl
         const double k = 2 * std::numbers::pi / length;
         w = {k * std::cos(angle), k * std::sin(angle), 2 * std::numbers::pi * uniform(random),
              strength * std::sqrt(2.0 / waves)};
+        if (turn == 0) continue;
+        const double x = 0.5 * (box.x0 + box.x1 - 1), y = 0.5 * (box.y0 + box.y1 - 1);
+        w.phase += w.kx * x + w.ky * y;
+        w.kx = k * std::cos(angle + turn), w.ky = k * std::sin(angle + turn);
+        w.phase -= w.kx * x + w.ky * y;
     }
     // cos(a + b) by the factors of columns and rows: no cosine a pixel.
     const int x0 = std::max(0, box.x0), x1 = std::min(width_, box.x1);

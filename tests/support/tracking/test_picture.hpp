@@ -42,8 +42,10 @@ public:
     void bars(double x, double pitch, int y0, int y1, double dark, double bright, double blur);
     /// Dark bars across x from edges[0] to edges[1], from edges[2] to edges[3], ...; rows y0 <= y < y1.
     void code(std::span<const double> edges, int y0, int y1, double dark, double bright, double blur);
-    /// Adds a texture of rms `strength` around zero inside `box`, moved by `shift`. Same seed, same texture.
-    void texture(const tracking::Box& box, tracking::Point shift, double strength, std::uint64_t seed);
+    /// Adds a texture of rms `strength` around zero inside `box`, moved by `shift` and turned by `turn` (rad)
+    /// about the moved middle of the box. Same seed, same texture.
+    void texture(const tracking::Box& box, tracking::Point shift, double strength, std::uint64_t seed,
+                 double turn = 0);
     /// Draws an obstacle in front.
     void cover(const tracking::Box& box, double level);
     /// Multiplies by gain (1 + slope (x - middle) / width).

@@ -139,8 +139,8 @@ TrackingScene patch_scene() {
             192,
             96,
             60,
-            [](TestPicture& p, tracking::Point s, const Look&) {
-                p.texture({0, 0, 144, 96}, s, 25, 11);
+            [](TestPicture& p, tracking::Point s, const Look& look) {
+                p.texture({0, 0, 144, 96}, s, 25, 11, look.turn);
             },
             [](double) { return std::numeric_limits<double>::quiet_NaN(); }};
 }

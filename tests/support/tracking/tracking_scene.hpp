@@ -15,6 +15,7 @@ namespace shaker::test {
 struct Look {
     double blur = 0.8;  // sigma of the PSF, px
     double size = 1;    // magnification about the middle of the picture
+    double turn = 0;    // rad, of a patch about its middle
 };
 
 /// A scene with one target; `shift` = 0 is its position in frame 0. Grey levels 0..255, contrast about
@@ -32,8 +33,8 @@ struct TrackingScene {
 };
 
 /// disc, small disc (one dot), two arcs of a disc that is higher than the picture (small, and as wide as in
-/// the paper), a disc beside another, rectangle, dots, bars, patch, code, code as wide as in the paper; PSF of
-/// 0.8 px.
+/// the paper), a disc beside another, rectangle, dots, bars, patch, code, code as wide as in the paper; PSF
+/// of 0.8 px.
 std::vector<TrackingScene> tracking_scenes();
 const TrackingScene& tracking_scene(const std::string& name);
 

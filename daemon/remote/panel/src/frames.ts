@@ -24,7 +24,7 @@ export interface SampleFrame {
 
 /**
  * In px of the picture; x, y is the upper left corner. Lower 4 bits of `kind`: 0 walker, 1 base, otherwise another target.
- * Upper 4 bits: state of the track, 0 ok, 1 degraded, 2 lost, 3 reacquired.
+ * Upper 4 bits: state of the track, 0 ok, 1 degraded, 2 lost, 3 reacquired, 4 clipped, 5 perhaps at a neighbour's place, 6 lost in a picture that is delivered twice or torn.
  */
 export interface Mark { x: number; y: number; width: number; height: number; kind: number }
 

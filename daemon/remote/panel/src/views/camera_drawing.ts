@@ -10,10 +10,12 @@ const looks: { name: string; colour: string; dash: number[] }[] = [
     { name: "other", colour: "#cc79a7", dash: [] },
 ];
 const regionDash = [2, 4], lostDash = [8, 5], limitColour = "#ff8a5c", plain = "#ffffff";
-export const states = ["", "degraded", "lost", "found again"];
+export const states = ["", "degraded", "lost", "found again", "clipped", "perhaps at a neighbour's place", "repeated picture"];
 
 export const look = (kind: number): { name: string; colour: string } => looks[Math.min(kind & 15, looks.length - 1)]!;
-export const stateOf = (kind: number): string => states[(kind >> 4) & 3] ?? "";
+/** Nothing of this picture shows the target. */
+export const isLost = (kind: number): boolean => [2, 6].includes(kind >> 4);
+export const stateOf = (kind: number): string => states[(kind >> 4) & 15] ?? "";
 
 interface Box { x: number; y: number; width: number; height: number }
 /** Where a target was when it was last found, and when: s of master time. */
@@ -41,9 +43,9 @@ function write(ctx: CanvasRenderingContext2D, words: string, x: number, y: numbe
 /** The target where it is, or, lost, where it was last: dashed, with the time since. `zoom`: CSS px per px of the mark. */
 export function drawTarget(ctx: CanvasRenderingContext2D, kind: number, seen: Seen, now: number, zoom: number): void {
     const { mark, t } = seen, { name, colour } = look(kind);
-    const lost = stateOf(kind) === "lost", box = { x: mark.x * zoom, y: mark.y * zoom, width: mark.width * zoom, height: mark.height * zoom };
+    const lost = isLost(kind), box = { x: mark.x * zoom, y: mark.y * zoom, width: mark.width * zoom, height: mark.height * zoom };
     strokeBox(ctx, box, colour, lost ? lostDash : []);
-    const state = lost ? `lost for ${duration(now - t)}` : stateOf(kind);
+    const state = lost ? `${stateOf(kind)} for ${duration(now - t)}` : stateOf(kind);
     write(ctx, state ? `${name}: ${state}` : name, box.x + 2, box.y > 16 ? box.y - 5 : box.y + 14, colour);
 }
 

@@ -6,7 +6,7 @@ import type { PictureFrame } from "../frames";
 import type { Loop } from "../loop";
 import type { Camera } from "../protocol";
 import type { Store } from "../store";
-import { drawGeometry, drawScale, drawTarget, figureWords, stateOf, targetWords, type Seen } from "./camera_drawing";
+import { drawGeometry, drawScale, drawTarget, figureWords, isLost, targetWords, type Seen } from "./camera_drawing";
 import { RegionLayer } from "./target_regions";
 
 const rate = 10;  // Hz
@@ -63,7 +63,7 @@ export class CameraView {
         ctx.drawImage(bitmap, 0, 0, across, down);
         if (camera) drawGeometry(ctx, camera, limitMetres, { width: across, height: down });
         frame.marks.forEach((mark, target) => {
-            if (stateOf(mark.kind) !== "lost") this.found.set(target, { mark, t: frame.t0 });
+            if (!isLost(mark.kind)) this.found.set(target, { mark, t: frame.t0 });
             const seen = this.found.get(target);
             if (seen) drawTarget(ctx, mark.kind, seen, frame.t0, zoom);
         });
