@@ -42,7 +42,7 @@ std::uint64_t checksum_of(Bytes row) {
 template <class T>
 bool noise_between(Bytes before, Bytes now) {
     constexpr int fewest = 32;
-    constexpr double changed_share = 0.2, opposite_share = 0.35;
+    constexpr double changed_share = 0.2, opposite_share = 0.42;
     int all = 0, changed = 0, pairs = 0, opposite = 0, last = 0;
     for (std::size_t i = 0; i + sizeof(T) <= now.size(); i += sizeof(T), ++all) {
         T one{}, two{};
@@ -57,20 +57,39 @@ bool noise_between(Bytes before, Bytes now) {
     return changed >= std::max<double>(fewest, changed_share * all) && opposite >= opposite_share * pairs;
 }
 
+/// Fewer than a tenth of the neighbours differ: clipped, or black. Such rows are equal without being old.
+template <class T>
+bool is_flat(Bytes row) {
+    constexpr double differing_share = 0.1;
+    int all = 0, differ = 0;
+    T last{};
+    for (std::size_t i = 0; i + sizeof(T) <= row.size(); i += sizeof(T), ++all) {
+        T one{};
+        std::memcpy(&one, &row[i], sizeof one);
+        differ += all > 0 && one != last;
+        last = one;
+    }
+    return differ < differing_share * all;
+}
+
 }  // namespace
 
 // A single row of blocks of a compressed movie may be equal to an earlier one at random.
 bool OldRows::old_from(std::size_t picture, int height) const {
     constexpr int two_blocks = 17;  // px
     const auto count = static_cast<int>(rows_.size());
+    const auto tells = [](const Row& row) { return row.noise >= noisy_from && !row.flat; };
+    int equal = 0;  // all of them are in the run of a torn picture; a compressed movie has others
+    for (std::size_t i = 0; i < rows_.size(); ++i)
+        equal += rows_[i].same_as(sums_[i], picture) && tells(rows_[i]);
     const auto length = [&](int from, int step) {
         int n = 0, with_noise = 0;
         for (int i = from; i >= 0 && i < count; i += step, ++n) {
             const Row& row = rows_[static_cast<std::size_t>(i)];
             if (!row.same_as(sums_[static_cast<std::size_t>(i)], picture)) break;
-            with_noise += row.noise >= noisy_from;
+            with_noise += tells(row);
         }
-        return with_noise >= std::min(2, count) ? n : 0;
+        return with_noise >= std::min(2, count) && with_noise == equal ? n : 0;
     };
     const double least = std::max(std::min<double>(two_blocks, height / 3.0), height / 8.0) * count / height;
     return std::max(length(0, 1), length(count - 1, -1)) >= least;
@@ -90,7 +109,9 @@ bool OldRows::in(const ImageView& image) {
     };
     std::size_t with_noise = 0;
     for (std::size_t i = 0; i < count; ++i) {
-        sums_[i] = checksum_of(row_of(i));
+        const Bytes now = row_of(i);
+        sums_[i] = checksum_of(now);
+        rows_[i].flat = bytes_ == 2 ? is_flat<std::uint16_t>(now) : is_flat<std::uint8_t>(now);
         with_noise += rows_[i].noise >= noisy_from;
     }
     const bool noisy = static_cast<double>(with_noise) >= noisy_share * static_cast<double>(count);

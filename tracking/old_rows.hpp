@@ -27,6 +27,7 @@ private:
     struct Row {
         std::array<std::byte, row_bytes> newest{};  // what is looked at of the row
         std::array<std::uint64_t, remembered> sums{};
+        bool flat = true;  // in the newest picture
         double noise = 0;  // grows with each picture in which the row has noise, else falls by half of that
         bool same_as(std::uint64_t sum, std::size_t picture) const { return sums.at(picture) == sum; }
     };

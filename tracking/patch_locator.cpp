@@ -330,6 +330,7 @@ bool PatchLocator::judge(const ImageView& image, const Solution& s, Candidate& o
     out.at = learned_ + s.shift;
     out.likeness = s.likeness * std::min(1.0, s.share);
     out.degraded = s.share < 0.8;
+    out.doubt = 0;
     if (!(out.sd < 0.5)) return false;
     const double distortion = distortion_px(image, s);
     if (distortion > distorted_from) {

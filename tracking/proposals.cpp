@@ -18,7 +18,7 @@ namespace shaker::tracking {
 
 namespace {
 
-constexpr std::size_t most_targets = 12;
+constexpr std::size_t most_targets = 12, most_refused = 24;
 constexpr int least_side = 6, least_area = 30;  // px
 constexpr double small_disc = 10;               // px; a smaller one is a dot
 constexpr double alike = 0.1;                   // of a length, between members of a row
@@ -85,7 +85,8 @@ double pitch_of(const std::vector<Blob>& row) {
 
 bool regular(const std::vector<Blob>& row) {
     const double pitch = pitch_of(row);
-    for (std::size_t i = 2; i + 1 < row.size(); ++i)
+    const std::size_t cut = row.size() > 3 ? 1 : 0;  // members at either end, by the edge of the picture
+    for (std::size_t i = 1 + cut; i + cut < row.size(); ++i)
         if (std::abs(row[i].x() - row[i - 1].x() - pitch) > alike * pitch + 1) return false;
     return true;
 }
@@ -127,7 +128,8 @@ struct Found {
     Target target{};
     Box box{};
     std::string words{};
-    double pitch = 0;  // px, of a row
+    double pitch = 0;         // px, of a row
+    std::vector<Blob> row{};  // round ones, to be tried by themselves
 };
 
 Found single(const Blob& b) {
@@ -143,6 +145,11 @@ Found single(const Blob& b) {
         f.words = fmt::format("a disc of {:.0f} px", b.diameter);
     }
     return f;
+}
+
+void add_singles(const std::vector<Blob>& row, std::vector<Found>& out) {
+    for (const Blob& b : row)
+        if (b.whole && std::min(b.width(), b.height()) >= least_side) out.push_back(single(b));
 }
 
 /// Bars, a code or a row of dots; or each blob by itself.
@@ -165,11 +172,11 @@ void add_found(const std::vector<Blob>& row, std::vector<Found>& out) {
         f.target.diameter_mm = row.front().diameter;
         f.target.pitch_mm = pitch_of(row);
         f.words = fmt::format("a row of {} discs of {:.0f} px", row.size(), row.front().diameter);
+        f.row = row;
         out.push_back(f);
         return;
     }
-    for (const Blob& b : row)
-        if (b.whole && std::min(b.width(), b.height()) >= least_side) out.push_back(single(b));
+    add_singles(row, out);
 }
 
 /// A region with surroundings; of bars and codes without, where they end at the edges of a print.
@@ -205,8 +212,10 @@ Proposals proposed_targets(const ImageView& image) {
     std::ranges::stable_sort(found, std::ranges::greater{}, area);
     Proposals out;
     std::map<TargetKind, int> numbers;
-    for (Found& f : found) {
-        if (out.targets.size() == most_targets) break;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        if (out.targets.size() == most_targets || out.refused.size() == most_refused) break;
+        Found f = std::move(found[i]);
+        f.target.name = kind_words.at(static_cast<std::size_t>(f.target.kind));
         f.target.roi_px = region_around(f.box, f.target.kind, image);
         std::string why = why_not_followed(f.target, image);
         if (!why.empty() && f.target.kind == TargetKind::code) {  // one of its bars may be hidden
@@ -217,6 +226,7 @@ Proposals proposed_targets(const ImageView& image) {
         if (!why.empty()) {
             out.refused.push_back(fmt::format("{} at {:.0f}, {:.0f}: {}", f.words,
                                               0.5 * (f.box.x0 + f.box.x1), 0.5 * (f.box.y0 + f.box.y1), why));
+            add_singles(f.row, found);
             continue;
         }
         f.target.name = fmt::format("{}{}", kind_words.at(static_cast<std::size_t>(f.target.kind)),

@@ -269,7 +269,7 @@ bool ViewTracker::Impl::follow_near(const ImageView& image, Group& group, double
         Locator* const locator = named ? targets[group.targets[i]].locator.get()
                                        : group.companions[i - group.targets.size()].get();
         if (locator == nullptr || !locator->locate(image, expected[i], candidates[i]) ||
-            candidates[i].degraded || candidates[i].mixed)
+            (candidates[i].degraded && candidates[i].doubt == 0) || candidates[i].mixed)
             return false;
     }
     if (expected.empty() || !group.constellation.confirm(candidates, frames)) return false;

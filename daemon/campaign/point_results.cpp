@@ -168,8 +168,8 @@ private:
         // Most of the errors, of the sensor's offset and of a told corner, are the same in all passes.
         row_.tilt = row_.corner = {0, 0};
         for (std::size_t i = 0; i < reductions_.size(); ++i)
-            for (const auto& [to, from] :
-                 {std::pair{&row_.tilt, &reductions_[i]->tilt.angle}, {&row_.corner, &reductions_[i]->corner.hz}}) {
+            for (const auto& [to, from] : {std::pair{&row_.tilt, &reductions_[i]->tilt.angle},
+                                           {&row_.corner, &reductions_[i]->corner.hz}}) {
                 to->value += weights_[i] * from->value;
                 to->sigma += weights_[i] * from->sigma;
             }
@@ -271,9 +271,10 @@ std::vector<PointRow> asked_rows(std::span<const Point> points) {
 }
 
 void name_other_corners(std::vector<PointRow>& rows) {
-    constexpr std::size_t fewest = 3;   // others
-    constexpr double improbable = 5;    // standard errors
-    constexpr double alike = 0.1;  // frequencies, relative: a low-pass that is not told moves the corner with them
+    constexpr std::size_t fewest = 3;  // others
+    constexpr double improbable = 5;   // standard errors
+    constexpr double alike =
+        0.1;  // frequencies, relative: a low-pass that is not told moves the corner with them
     constexpr double of_median = 1.25;  // its error over that of a mean
     for (PointRow& row : rows) {
         std::vector<Estimate> others;

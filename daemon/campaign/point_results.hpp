@@ -30,8 +30,8 @@ struct PointResults {
 /// The rows of points that are not measured yet: number, series, repeat, partner and set-point.
 std::vector<PointRow> asked_rows(std::span<const Point> points);
 
-/// A sensor has one corner: a point without a doubt whose own differs from the median of the others at its frequency (three or
-/// more) by more than five standard errors gets one.
+/// A sensor has one corner: a point without a doubt whose own differs from the median of the others at its
+/// frequency (three or more) by more than five standard errors gets one.
 void name_other_corners(std::vector<PointRow>& rows);
 
 /// The rows of the points of a plan. asked: for each point its number, series, repeat, partner and set-point.

@@ -333,6 +333,7 @@ PointsTable read_points(const std::filesystem::path& file) try {
     if (!(table.gravity > 0 && std::isfinite(table.gravity)))
         throw InputError{
             fmt::format("process/{} is {}; expected m/s^2 above 0", gravity_name, table.gravity)};
+    table.before_corners = !h5::exists(entry.get(), "points/corner");
     each_table(table, [&](const auto& columns, auto& rows, std::size_t across) {
         rows = recording::read_rows(StoredColumns{entry.get(), across}, columns);
     });
@@ -341,19 +342,12 @@ PointsTable read_points(const std::filesystem::path& file) try {
     throw InputError{fmt::format("{}: {}", file.string(), e.what())};
 }
 
-namespace {
-
-/// A column that a table of before does not have.
-template <class Row>
-bool later_without_values(std::string_view path, const recording::NumberColumn<Row>& c, const std::vector<Row>& rows) {
-    const bool later = std::ranges::find(later_columns, fmt::format("{}/{}", path, c.name)) != later_columns.end();
-    return later && std::ranges::all_of(rows, [&](const Row& row) { return std::isnan(c.get(row)); });
-}
-
-}  // namespace
-
 std::vector<std::string> differences(const PointsTable& stored, const PointsTable& now) {
     std::vector<std::string> found;
+    const auto missing = [&](std::string_view path, std::string_view column) {
+        return stored.before_corners &&
+               std::ranges::find(later_columns, fmt::format("{}/{}", path, column)) != later_columns.end();
+    };
     if (!same(stored.gravity, now.gravity))
         found.push_back(
             fmt::format("process/{}: stored {}, now {}", gravity_name, stored.gravity, now.gravity));
@@ -367,9 +361,11 @@ std::vector<std::string> differences(const PointsTable& stored, const PointsTabl
                                return;
                            }
                            for (const auto& c : columns.numbers)
-                               if (!later_without_values(columns.path, c, was)) compare(columns.path, c, was, rows, same, found);
+                               if (!missing(columns.path, c.name))
+                                   compare(columns.path, c, was, rows, same, found);
                            for (const auto& c : columns.texts)
-                               compare(columns.path, c, was, rows, std::equal_to<std::string>{}, found);
+                               if (!missing(columns.path, c.name))
+                                   compare(columns.path, c, was, rows, std::equal_to<std::string>{}, found);
                        }
                    });
     });

@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -162,18 +163,21 @@ void track_session(const std::filesystem::path& file, const std::filesystem::pat
         fmt::print("tracks: {}\n", out.string());
 }
 
-/// Rights to read a movie, a picture, or a folder of them.
+/// Rights to read a movie, a picture, or the pictures of a folder.
 sandbox::Confinement rights_for_media(const std::filesystem::path& file) {
     sandbox::Confinement allowed = sandbox::confinement_for(file);
+    allowed.files = {};
+    std::error_code missing;  // reported when it is opened
     for (const std::filesystem::path& name : footage::media_files(file))
-        (std::filesystem::is_directory(name) ? allowed.files.lists : allowed.files.reads).push_back(name);
+        (std::filesystem::is_directory(name, missing) ? allowed.files.lists : allowed.files.reads)
+            .push_back(name);
     allowed.prepare = footage::load_decoders;
     return allowed;
 }
 
-/// A session.toml with the targets in the first picture of `media`, which it names as `name`.
-std::string proposed_session(const std::filesystem::path& media, const std::string& name) {
-    const auto pictures = footage::open_media(media, footage::MissingNumbers::left_out);
+/// The targets in the first picture of `media`.
+nlohmann::json proposals_in(const std::filesystem::path& media) {
+    const auto pictures = footage::open_media(media, footage::MissingNumbers::refused);
     footage::Picture picture;
     if (!pictures->next(picture)) throw InputError{media.string() + ": has no picture"};
     const footage::PictureFormat f = pictures->format();
@@ -183,25 +187,45 @@ std::string proposed_session(const std::filesystem::path& media, const std::stri
     if (p.targets.empty())
         throw InputError{fmt::format("{}: no target was found in its first picture{}{}", media.string(),
                                      p.refused.empty() ? "" : "; ", fmt::join(p.refused, "; "))};
-    const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
+    nlohmann::json found{{"has_rate", pictures->rate_hz().has_value()},
+                         {"refused", p.refused},
+                         {"targets", nlohmann::json::array()}};
+    for (const Target& t : p.targets)
+        found["targets"].push_back({{"kind", static_cast<int>(t.kind)},
+                                    {"diameter_mm", t.diameter_mm},
+                                    {"width_mm", t.width_mm},
+                                    {"pitch_mm", t.pitch_mm},
+                                    {"roi_px", t.roi_px},
+                                    {"dark", t.polarity == Polarity::dark}});
+    return found;
+}
+
+/// A session.toml. found: of proposals_in(), in a process that the picture may control.
+std::string proposed_session(const nlohmann::json& found, const std::string& quoted_name) {
+    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch", "code"};
     std::string s =
         "# Proposed by \"shakerd track --init\". Lengths are in px: set mm_per_px, and multiply them by "
         "it.\n";
-    for (const std::string& why : p.refused) s += fmt::format("# not proposed: {}\n", why);
-    s += fmt::format("\n[[camera]]\nname = \"view\"\nfile = {}\nfirst_exposure_s = 0.0\n", quoted(name));
-    if (!pictures->rate_hz()) s += "frame_rate_hz = 1000.0         # the file does not state it\n";
+    for (std::string why : found.at("refused")) {
+        std::ranges::replace_if(
+            why, [](unsigned char c) { return c < ' ' || c == 0x7F; }, ' ');
+        s += fmt::format("# not proposed: {}\n", why);
+    }
+    s += fmt::format("\n[[camera]]\nname = \"view\"\nfile = {}\nfirst_exposure_s = 0.0\n", quoted_name);
+    if (!found.at("has_rate").get<bool>())
+        s += "frame_rate_hz = 1000.0         # the file does not state it\n";
     s += "mm_per_px = 1.0\nalong = [1.0, 0.0]             # image direction of +x\n";
-    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch", "code"};
-    for (const Target& t : p.targets) {
+    std::array<int, kinds.size()> numbers{};
+    for (const nlohmann::json& t : found.at("targets")) {
+        const auto kind = t.at("kind").get<std::size_t>();
         s += fmt::format(
-            "\n[[camera.target]]\nname = \"{}\"                 # \"walker\", \"base\", or any name\nkind = "
-            "\"{}\"\n",
-            t.name, kinds.at(static_cast<std::size_t>(t.kind)));
-        for (const auto& [key, value] :
-             {std::pair{"diameter_mm", t.diameter_mm}, {"width_mm", t.width_mm}, {"pitch_mm", t.pitch_mm}})
-            if (value > 0) s += fmt::format("{} = {:.2f}\n", key, value);
-        s += fmt::format("roi_px = [{}]\n", fmt::join(t.roi_px, ", "));
-        if (t.polarity == Polarity::dark) s += "polarity = \"dark\"\n";
+            "\n[[camera.target]]\nname = \"{0}{1}\"                 # \"walker\", \"base\", or any name\n"
+            "kind = \"{0}\"\n",
+            kinds.at(kind), ++numbers.at(kind));
+        for (const char* key : {"diameter_mm", "width_mm", "pitch_mm"})
+            if (const double px = t.at(key); px > 0) s += fmt::format("{} = {:.2f}\n", key, px);
+        s += fmt::format("roi_px = [{}]\n", fmt::join(t.at("roi_px").get<std::array<int, 4>>(), ", "));
+        if (t.at("dark").get<bool>()) s += "polarity = \"dark\"\n";
     }
     return s;
 }
@@ -211,15 +235,32 @@ int act_on_init(const std::filesystem::path& media, const std::filesystem::path&
     if (!out.empty()) made.emplace(out);
     std::error_code unknown;
     const std::filesystem::path from = out.empty() ? "." : std::filesystem::absolute(out).parent_path();
-    const std::string name = std::filesystem::proximate(media, from, unknown).string();
+    const std::filesystem::path whole = std::filesystem::absolute(media);  // links in its name stay
+    const std::filesystem::path name =
+        std::filesystem::proximate(whole.parent_path(), from, unknown) / whole.filename();
+    std::string quoted;
+    try {
+        quoted = nlohmann::json((unknown ? whole : name).string()).dump();
+    } catch (const nlohmann::json::exception&) {
+        throw InputError{media.string() +
+                         ": its name is not UTF-8 text, which a session.toml needs; rename it"};
+    }
     const sandbox::Answer answer = sandbox::ask_confined(media.string(), rights_for_media(media), [&] {
-        return proposed_session(media, unknown ? media.string() : name);
+        return proposals_in(media).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     });
     if (answer.status != manual::exit_ok) return answer.status;
+    std::string text;
+    try {
+        text = proposed_session(nlohmann::json::parse(answer.text), quoted);
+    } catch (const nlohmann::json::exception&) {
+        throw InputError{media.string() + ": its reader answers wrongly"};
+    } catch (const std::out_of_range&) {
+        throw InputError{media.string() + ": its reader answers wrongly"};
+    }
     if (out.empty())
-        report::say(answer.text);
+        report::say(text);
     else
-        write_all(made->descriptor(), answer.text, out.string());
+        write_all(made->descriptor(), text, out.string());
     return manual::exit_ok;
 }
 
@@ -264,6 +305,8 @@ int act_on_preview(const std::filesystem::path& session, const std::filesystem::
     return confined(session.string(), rights.allowed, [&] {
         constexpr int quality = 92;
         const std::vector<unsigned char> jpeg = codecs::jpeg_of(previewed(session), quality);
+        if (jpeg.empty())
+            throw InputError{session.string() + ": its pictures are too large together for one JPEG file"};
         write_all(made.descriptor(), {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}, out.string());
         return manual::exit_ok;
     });
@@ -271,6 +314,12 @@ int act_on_preview(const std::filesystem::path& session, const std::filesystem::
 
 int act_on_track(const manual::Values& values) {
     const std::filesystem::path file = values.text("SESSION"), out = values.text("--output");
+    for (const auto& [one, other] : {std::pair{"--init", "--preview"},
+                                     {"--init", "--json"},
+                                     {"--preview", "--output"},
+                                     {"--preview", "--json"}})
+        if (values.has(one) && values.has(other))
+            throw InputError{fmt::format("{} and {} exclude each other", one, other)};
     if (values.has("--init")) return act_on_init(file, out);
     if (values.has("--preview")) return act_on_preview(file, values.text("--preview"));
     sandbox::SessionRights rights = sandbox::rights_for_session(file);

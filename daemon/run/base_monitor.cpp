@@ -40,8 +40,10 @@ Positions positions(const acquisition::TargetTrack& base, double from_s, double 
         if (at_s < from_s) break;
         if (!(at_s < to_s)) continue;  // not known yet, or later
         ++p.frames;
-        using tracking::TrackState;  // clipped edges are off by less than the motion that stops the drive
-        if (t->fix.state != TrackState::ok && t->fix.state != TrackState::clipped) continue;
+        using tracking::TrackState;
+        constexpr double whole_px = 0.1;  // clipped edges of a target that is seen whole are off by less
+        const bool clipped = t->fix.state == TrackState::clipped && t->fix.sd_px < whole_px;
+        if (t->fix.state != TrackState::ok && !clipped) continue;
         p.t_s.push_back(at_s);
         p.x_m.push_back(t->x_m);
         p.sd_m.push_back(t->sd_m);

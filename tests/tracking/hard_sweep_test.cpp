@@ -185,7 +185,9 @@ TEST_P(HardSweepTest, IsNotWrongWhileItIsOk) {
     EXPECT_TRUE(found(last));
     const int hard = pictures - learned - easy_end;
     const double each = name == "repeated" ? 10 : name == "torn" ? 3 : 0;
-    EXPECT_NEAR(out.repeated, each > 0 ? hard / each : 0, 1);
+    const double old = each > 0 ? hard / each : 0;
+    EXPECT_LE(out.repeated, old + 1);
+    EXPECT_GE(out.repeated, (name == "torn" ? 0.6 : 1) * old - 1) << "bars hide a part of the noise";
     constexpr std::array too_bright{"video range", "flat field", "twelve bits",
                                     "exposure",    "highlight",  "slope"};
     if (std::ranges::find(too_bright, name) == too_bright.end()) {

@@ -45,6 +45,16 @@ INSTANTIATE_TEST_SUITE_P(Tracking, ProposalsTest,
                          testing::Values("disc", "dot", "rectangle", "dots", "bars", "code"),
                          [](const auto& name) { return name.param; });
 
+// Equal discs at one height are a row only where their distances are equal.
+TEST(ProposalsTest, ThreeDiscsAtUnequalDistancesAreNoRow) {
+    std::mt19937_64 random{2};
+    test::TestPicture picture{500, 80, 60};
+    for (const double x : {50.0, 150.0, 420.0}) picture.disc({x, 40}, 15, 170, 0.8);
+    const Proposals p = proposed_targets(picture.expose({.noise = 2}, random).view());
+    ASSERT_EQ(p.targets.size(), 3U);
+    for (const Target& t : p.targets) EXPECT_EQ(t.kind, TargetKind::disc);
+}
+
 TEST(ProposalsTest, NothingIsProposedInNoise) {
     std::mt19937_64 random{2};
     const test::Shot shot = test::TestPicture{200, 120, 100}.expose({.noise = 4}, random);
