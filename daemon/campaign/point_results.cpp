@@ -165,7 +165,8 @@ private:
                 of_each(reductions_, [from](const Reduction& r) { return r.*from; }), weights_);
         for (const Reduction* r : reductions_)
             row_.phi_systematic = std::fmax(row_.phi_systematic, r->systematic.phi);
-        // Most of the errors, of the sensor's offset and of a told corner, are the same in all passes.
+        // The errors of the sensor's offset and of a corner in the settings are the same in all passes: they
+        // add.
         row_.tilt = row_.corner = {0, 0};
         for (std::size_t i = 0; i < reductions_.size(); ++i)
             for (const auto& [to, from] : {std::pair{&row_.tilt, &reductions_[i]->tilt.angle},
@@ -273,8 +274,9 @@ std::vector<PointRow> asked_rows(std::span<const Point> points) {
 void name_other_corners(std::vector<PointRow>& rows) {
     constexpr std::size_t fewest = 3;  // others
     constexpr double improbable = 5;   // standard errors
-    constexpr double alike =
-        0.1;  // frequencies, relative: a low-pass that is not told moves the corner with them
+    // Largest relative difference of frequencies: a low-pass that is not in the settings moves the corner
+    // with the frequency.
+    constexpr double alike = 0.1;
     constexpr double of_median = 1.25;  // its error over that of a mean
     for (PointRow& row : rows) {
         std::vector<Estimate> others;

@@ -1,7 +1,7 @@
-// mu and phi by a sensor whose lower corner nobody told, a data sheet tells with an error of 10 %, or a
-// calibration to 0.3 %: bias, error and coverage over scenes drawn by a seed, of one or three axes; one in
-// five is coupled down to DC. One mirror pair at 1 g, 40 periods, two cameras; mu by the exact law at the
-// measured base.
+// mu and phi by a sensor whose lower corner is not known, is known from a data sheet with an error of 10 %,
+// or from a calibration to 0.3 %: bias, error and coverage over scenes drawn by a seed, of one or three axes;
+// one in five is coupled down to DC. One mirror pair at 1 g, 40 periods, two cameras; mu by the exact law at
+// the measured base.
 //   --count N (200): scenes   --seed N (1): of the first   --jobs N (2): at a time
 //   --alarms N: instead, the bench check's alarm in N right records, and in N whose phi is off by 9 mrad
 #include <algorithm>

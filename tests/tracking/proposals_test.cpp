@@ -31,9 +31,9 @@ TEST_P(ProposalsTest, TheTargetOfAPictureIsProposed) {
         const TargetKind kind = scene.view.targets.front().kind;
         const auto found = std::ranges::find(p.targets, kind, &Target::kind);
         ASSERT_NE(found, p.targets.end()) << testing::PrintToString(p.refused);
-        ViewTracker mine{View{.camera = "view", .mm_per_px = 1, .targets = {*found}}}, told{scene.view};
+        ViewTracker mine{View{.camera = "view", .mm_per_px = 1, .targets = {*found}}}, described{scene.view};
         const Fix a = mine.update(shot.view(), CameraTick{0}).front(),
-                  b = told.update(shot.view(), CameraTick{0}).front();
+                  b = described.update(shot.view(), CameraTick{0}).front();
         const double pitch = found->pitch_mm;
         const double off = pitch > 0 ? std::remainder(a.x_px - b.x_px, pitch / 2) : a.x_px - b.x_px;
         if (kind != TargetKind::code) {  // its place is that of its region
