@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -37,6 +38,7 @@ unsigned largest_of(const T* row, int n) {
 constexpr double clipped_share_from = 0.05;
 constexpr int beside_box = 6;                    // px around the box
 constexpr int site_rows = 8, site_columns = 64;  // that are compared with the picture before
+constexpr std::size_t levels_from = 4;           // one of so many sites shows the levels
 constexpr double bright_side = 0.15;  // of the contrast, from its ends: what is bright, what is dark
 constexpr double pairs_fade = 0.5, many_pairs = 100;
 constexpr double fewest_pairs = 20, still_from = 0.85, restless_to = 0.4, heap_from = 0.5;
@@ -75,13 +77,16 @@ bool ClippingWatch::clipped(const ImageView& image, const Box& box, bool noisy) 
 
 void ClippingWatch::compare(const ImageView& image) {
     Pairs bright, dark;
+    const double margin = bright_side * (high_ - low_);
+    const int bright_from = static_cast<int>(std::floor(high_ - margin)) + 1,
+              dark_to = static_cast<int>(std::ceil(low_ + margin)) - 1;
     with_pixels(image, [&](auto pixels) {
         for (std::size_t i = 0; i < sites_.size(); ++i) {
             const auto [x, y] = sites_[i];
             if (x >= image.width || y >= image.height) continue;
-            const double now = pixels.at(x, y), before = codes_[i];
-            const bool is_bright = std::min(now, before) > high_ - bright_side * (high_ - low_);
-            if (!is_bright && std::max(now, before) >= low_ + bright_side * (high_ - low_)) continue;
+            const int now = pixels.row(y)[x], before = codes_[i];
+            const bool is_bright = std::min(now, before) >= bright_from;
+            if (!is_bright && std::max(now, before) > dark_to) continue;
             Pairs& p = is_bright ? bright : dark;
             p.all += 1;
             p.equal += now == before;
@@ -112,7 +117,8 @@ void ClippingWatch::remember(const ImageView& image, const Box& box) {
                 codes_.push_back(static_cast<std::uint16_t>(pixels.row(y)[x]));
             }
     });
-    sorted_ = codes_;
+    sorted_.clear();
+    for (std::size_t i = 0; i < codes_.size(); i += levels_from) sorted_.push_back(codes_[i]);
     const auto end = static_cast<std::ptrdiff_t>(sorted_.size() / 100);  // hot and dead pixels are beyond it
     std::ranges::nth_element(sorted_, sorted_.begin() + end);
     low_ = *(sorted_.begin() + end);

@@ -67,7 +67,8 @@ private:
     int next_row_ = std::numeric_limits<int>::max();
 };
 
-constexpr double rim = 4.5;              // px on either side of the edge that are fitted
+constexpr double rim = 6.25;          // px on either side of the edge that are read
+constexpr double reach_of_rim = 5.5;  // px at which they have faded out, wherever in its pixel the centre is
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double most_rim_misfit = 0.3;  // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius
@@ -134,12 +135,13 @@ Point DiscLocator::learn(const ImageView& image) {
         blur_ = learned_.blur;
         contrast_ = std::abs(fit.contrast);
         reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise, fit.trimmed};
-        prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
+        prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_, .reach = reach_of_rim};
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
         follower_.begin({.size = learned_.size,
                          .blur = learned_.blur,
                          .size_sd = prior_.size,
                          .ground = small() ? EdgeFit::Ground::plane : EdgeFit::Ground::flat,
+                         .reach = reach_of_rim,
                          .level = 0.5 * (levels.low + levels.high)},
                         sites(), std::vector<Point>(static_cast<std::size_t>(blocks_)));
         const int pixels = static_cast<int>(fit_.samples().size());
@@ -159,7 +161,7 @@ bool DiscLocator::find(const ImageView& image, const Box& box, double size, doub
     learned_ = {0, 0, size, 1};
     blur_ = 1;
     blocks_ = small() ? 1 : std::clamp(static_cast<int>(size / 2), 8, 64);
-    prior_ = {.size = 0.5 + 0.1 * size, .blur = 1.0, .sign = sign_};
+    prior_ = {.size = 0.5 + 0.1 * size, .blur = 1.0, .sign = sign_, .reach = reach_of_rim};
     ring_ = RingSearch{size, 1, sign_};
     ring_.scan(image, box, contrast, 0.25, peaks_);
     return std::ranges::any_of(peaks_, [&](const RingPeak& peak) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "drivers/data.hpp"
@@ -20,24 +21,26 @@ public:
     bool in(const ImageView& image);
     /// Whether three quarters of the rows had noise once.
     [[nodiscard]] bool noise_seen() const noexcept { return noise_seen_; }
+    static constexpr std::size_t row_bytes = 192;  // of a row, that are looked at
 
 private:
     static constexpr int remembered = 4;  // pictures
-    static constexpr std::size_t row_bytes = 192;
     struct Row {
-        std::array<std::byte, row_bytes> newest{};  // what is looked at of the row
+        std::array<std::byte, row_bytes> newest{};  // what is looked at of the row, in the newest picture,
+        bool kept = false;                          // if it was kept
         std::array<std::uint64_t, remembered> sums{};
-        bool flat = true;  // in the newest picture
-        double noise = 0;  // grows with each picture in which the row has noise, else falls by half of that
+        bool flat = true;  // in the newest picture, if that is equal to an earlier one
+        double noise = 0;  // grows with each look that finds noise in the row, else falls by half of that
         bool same_as(std::uint64_t sum, std::size_t picture) const { return sums.at(picture) == sum; }
     };
+    void learn_noise(Row& row, std::span<const std::byte> now);
     [[nodiscard]] bool old_from(std::size_t picture, int height) const;
 
     std::vector<Row> rows_;
     std::vector<std::uint64_t> sums_;  // of the rows of the newest picture
     bool noise_seen_ = false;
     int width_ = 0, height_ = 0, bytes_ = 0;
-    std::size_t oldest_ = 0;
+    std::size_t oldest_ = 0, turn_ = 0;
 };
 
 }  // namespace shaker::tracking

@@ -94,6 +94,7 @@ void OutlineFollower::watch(const ImageView& image, const EdgeFitResult& fit,
                in_errors(axis) < agreement && in_errors(side) < agreement_across;
     if (!trusted_) return;
     if (!followed_) bank_.accept(slopes);
+    bank_.learn_response(image, slopes);
     roughness_ = own_.noise / std::abs(own_.contrast);
     own_misfit_ = own_.trimmed;
     watched_misfit_ = fit.trimmed;

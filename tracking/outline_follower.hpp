@@ -54,6 +54,8 @@ public:
     /// The careful fit shall watch this picture, which follow() has measured.
     [[nodiscard]] bool due() const noexcept;
     [[nodiscard]] Point start() const noexcept { return start_; }
+    /// As OutlineBank::common(), which the errors of follow() contain.
+    [[nodiscard]] double common() const noexcept { return bank_.common(); }
     /// Instead of follow(), in a picture that does not show the outline at the predicted place.
     void pass_over() noexcept { own_.converged = followed_ = false; }
     /// The careful fit of a picture that follow() left to it, or that was due. Where the filters disagree

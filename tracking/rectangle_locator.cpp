@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "tracking/image/edge_fit.hpp"
 #include "tracking/image/profile.hpp"
@@ -47,6 +49,7 @@ private:
         profile_.resize(static_cast<std::size_t>(length_along(image, axis_)));
         mean_profile(image, axis_, 0, row0_, row1_, profile_);
     }
+    [[nodiscard]] int group_count() const noexcept { return std::min(groups, row1_ - row0_); }
     [[nodiscard]] OutlineFollower::Sites sites() const;
     void begin(const Levels& levels);
     bool load_strip(const ImageView& image, double start);
@@ -58,6 +61,7 @@ private:
     bool locate_with_care(const ImageView& image, double start, Candidate& out);
     bool accept(const EdgeFitResult& fit, Candidate& out) const;
 
+    static constexpr int groups = 8;  // of rows
     Subject subject_;
     Axis axis_;
     EdgeFit fit_{true};
@@ -72,9 +76,9 @@ private:
     int strip_origin_ = 0;      // column of the picture minus that of the strip, for the middle
 };
 
-constexpr int window = 8;  // px on either side of an edge that are fitted
-constexpr int groups = 8;
-constexpr int reserve = 4;  // px more in the strip, for the error of a prediction
+constexpr int window = 10;           // px on either side of an edge that are read
+constexpr double reach_of_edge = 8;  // px at which they have faded out, wherever in its pixel the edge is
+constexpr int reserve = 4;           // px more in the strip, for the error of a prediction
 constexpr int strip_half = window + reserve, strip_side = 2 * strip_half + 1;
 constexpr double wide_share = 0.02;         // of the width
 constexpr double width_step = 2;            // px of half the width
@@ -154,7 +158,7 @@ void RectangleLocator::find_rows(const ImageView& image, int first, int last, do
     const int left = static_cast<int>(std::lround(centre - learned_.size));
     const int right = static_cast<int>(std::lround(centre + learned_.size));
     const int end = length_along(image, axis_);
-    line_.resize(static_cast<std::size_t>(plateau));
+    line_.resize(plateau);
     const auto level = [&](int at, int row) {
         mean_profile(image, axis_, std::clamp(at, 0, end - plateau), row, row + 1, line_);
         return mean_of(line_, 0, plateau);
@@ -187,7 +191,8 @@ Point RectangleLocator::learn(const ImageView& image) {
     find_rows(image, across0, across1, learned_.x);
     const double expected = size_ = learned_.size;
     blur_ = learned_.blur;
-    prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign};
+    prior_ = {
+        .y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign, .reach = reach_of_edge};
     const EdgeFitResult fit = measure(image, learned_.x, prior_);
     const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
                       reference_.sign * fit.contrast > 0.2 * (levels.high - levels.low) &&
@@ -201,7 +206,7 @@ Point RectangleLocator::learn(const ImageView& image) {
     size_ = learned_.size;
     reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed};
     blur_ = learned_.blur;
-    prior_ = {.y = 0, .size = 0.02, .blur = 0.5, .sign = reference_.sign};
+    prior_ = {.y = 0, .size = 0.02, .blur = 0.5, .sign = reference_.sign, .reach = reach_of_edge};
     begin(levels);
     return place(learned_.x);
 }
@@ -209,27 +214,25 @@ Point RectangleLocator::learn(const ImageView& image) {
 // The strip shows both edges side by side, without what is between them.
 OutlineFollower::Sites RectangleLocator::sites() const {
     OutlineFollower::Sites all;
-    const int count = std::min(groups, row1_ - row0_);
-    for (int g = 0; g < count; ++g)
+    for (int g = 0; g <= group_count(); ++g)  // the last one: their mean
         for (int side = 0; side < 2; ++side)
             for (int i = -window; i <= window; ++i) all.push_back({i + side * strip_side, g, 2 * g + side});
     return all;
 }
 
 void RectangleLocator::begin(const Levels& levels) {
-    const int count = std::min(groups, row1_ - row0_);
     const auto size = static_cast<double>(std::lround(learned_.size));
     std::vector<Point> shifts;
-    for (int g = 0; g < count; ++g) {
-        shifts.push_back({size, 0});
-        shifts.push_back({strip_side - size, 0});
-    }
-    strip_.assign(static_cast<std::size_t>(2 * strip_side * count), 0);
+    for (int g = 0; g <= group_count(); ++g)
+        shifts.insert(shifts.end(), {Point{size, 0}, Point{strip_side - size, 0}});
+    strip_.assign(shifts.size() * strip_side, 0);
     follower_.begin({.size = learned_.size,
                      .blur = learned_.blur,
                      .size_sd = prior_.size,
+                     .reach = reach_of_edge,
                      .level = 0.5 * (levels.low + levels.high),
-                     .straight = true},
+                     .straight = true,
+                     .means = 2},
                     sites(), shifts);
 }
 
@@ -237,7 +240,7 @@ ImageView RectangleLocator::strip() const noexcept {
     constexpr int bytes = sizeof(float);
     return {.pixels = reinterpret_cast<const std::byte*>(strip_.data()),
             .width = 2 * strip_side,
-            .height = std::min(groups, row1_ - row0_),
+            .height = group_count() + 1,
             .stride = 2 * strip_side * bytes,
             .bytes_per_pixel = bytes};
 }
@@ -252,9 +255,10 @@ bool RectangleLocator::load_strip(const ImageView& image, double start) {
         return false;
     }
     strip_origin_ = middle - strip_half;
-    const int rows = row1_ - row0_, count = std::min(groups, rows);
+    const int rows = row1_ - row0_, count = group_count();
     line_.resize(strip_side);
-    float* to = strip_.data();
+    float *to = strip_.data(), *const mean = to + 2 * strip_side * count;
+    std::fill_n(mean, 2 * strip_side, 0.0f);
     for (int g = 0; g < count; ++g) {
         for (const int first : {left, right}) {
             mean_profile(image, axis_, first, row0_ + rows * g / count, row0_ + rows * (g + 1) / count,
@@ -262,6 +266,8 @@ bool RectangleLocator::load_strip(const ImageView& image, double start) {
             to = std::transform(line_.begin(), line_.end(), to,
                                 [](double v) { return static_cast<float>(v); });
         }
+        for (int i = 0; i < 2 * strip_side; ++i)
+            mean[i] += to[i - 2 * strip_side] / static_cast<float>(count);
     }
     return true;
 }
@@ -274,8 +280,7 @@ Point RectangleLocator::place(double along) const noexcept {
 void RectangleLocator::gather(const ImageView& image, double centre) {
     auto& samples = fit_.samples();
     samples.clear();
-    const int end = length_along(image, axis_), rows = row1_ - row0_;
-    const int count = std::min(groups, rows);
+    const int end = length_along(image, axis_), rows = row1_ - row0_, count = group_count();
     line_.resize(2 * window + 1);
     for (int side = 0; side < 2; ++side) {
         const double edge = centre + (side == 0 ? -learned_.size : learned_.size);
@@ -294,9 +299,8 @@ void RectangleLocator::gather(const ImageView& image, double centre) {
     }
 }
 
-EdgeFitResult RectangleLocator::measure(const ImageView& image, double start, const EdgePrior& prior) {
+EdgeFitResult RectangleLocator::measure(const ImageView& image, double centre, const EdgePrior& prior) {
     EdgeFitResult fit;
-    double centre = start;
     for (int pass = 0; pass < 3; ++pass) {
         gather(image, centre);
         if (fit_.samples().size() < 24) return {};
@@ -312,16 +316,15 @@ EdgeFitResult RectangleLocator::measure(const ImageView& image, double start, co
 bool RectangleLocator::accept(const EdgeFitResult& fit, Candidate& out) const {
     if (!judge(fit, reference_, {1, 0}, out)) return false;
     out.at = place(out.at.x);
+    out.sd *= std::sqrt(follower_.common());
     return true;
 }
 
 bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
     const double start = along(predicted);
-    if (!load_strip(image, start)) {
-        follower_.pass_over();
-        return locate_with_care(image, start, out);
-    }
-    if (!follower_.follow(strip(), {start - strip_origin_, 0}, reference_, {1, 0}, {}, out))
+    const bool in_view = load_strip(image, start);
+    if (!in_view) follower_.pass_over();
+    if (!in_view || !follower_.follow(strip(), {start - strip_origin_, 0}, reference_, {1, 0}, {}, out))
         return locate_with_care(image, start, out);
     out.at = place(out.at.x + strip_origin_);
     if (follower_.due()) watch(measure(image, along(out.at), prior_));
@@ -373,20 +376,18 @@ bool RectangleLocator::locate_with_care(const ImageView& image, double start, Ca
 
 void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<Candidate>& out) {
     load_profile(image);
-    const int end = static_cast<int>(profile_.size());
     double before = 0, here = pair_score(0);
-    for (int c = 0; c < end; ++c) {
+    for (int c = 0; c < std::ssize(profile_); ++c) {
         const double after = pair_score(c + 1);
         Candidate candidate;
         const bool peak = here > 0.3 && here >= before && here > after;
         if (peak && fit_near(image, c, candidate)) {
             const auto same = [&](const Candidate& o) { return length(o.at - candidate.at) < extent(); };
-            if (std::none_of(out.begin(), out.end(), same)) out.push_back(candidate);
+            if (std::ranges::none_of(out, same)) out.push_back(candidate);
         }
-        before = here;
-        here = after;
+        before = std::exchange(here, after);
     }
-    std::stable_sort(out.begin(), out.end(), [](auto& a, auto& b) { return a.likeness > b.likeness; });
+    std::ranges::stable_sort(out, std::greater{}, &Candidate::likeness);
 }
 
 }  // namespace

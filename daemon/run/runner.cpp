@@ -132,15 +132,19 @@ void Runner::require_commissioned() const {
 }
 
 // Once a second while something is driven: a changed volume is a changed gain.
-void Runner::watch_mixers(acquisition::Channels& channels) {
+commissioned::MixerChange Runner::changed_mixers(double now_s) {
     constexpr double every_s = 1;
-    const double now_s = sequence_.now_s();
-    if (bench_.rig.mixers.empty() || !driving(sequence_.state()) || now_s < mixers_read_s_ + every_s) return;
+    if (bench_.rig.mixers.empty() || now_s < mixers_read_s_ + every_s) return {};
     mixers_read_s_ = now_s;
-    const auto [why, changed] = bench::mixers_changed(bench_);
-    if (changed == 0) return;
-    spdlog::error("{}", why);
-    sequence_.stop(channels, {.cause = safety::Cause::mixer, .value = static_cast<double>(changed)});
+    commissioned::MixerChange change = bench::mixers_changed(bench_);
+    if (change.controls > 0) spdlog::error("{}", change.why);
+    return change;
+}
+
+void Runner::watch_mixers(acquisition::Channels& channels) {
+    if (!driving(sequence_.state())) return;
+    if (const int changed = changed_mixers(sequence_.now_s()).controls; changed > 0)
+        sequence_.stop(channels, {.cause = safety::Cause::mixer, .value = static_cast<double>(changed)});
 }
 
 void Runner::obey_stop_requests(acquisition::Channels& channels) {
@@ -196,7 +200,9 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
     plan.gravity = bench_.gravity;
     for (std::size_t q = 0; q < max_harmonics; ++q)
         plan.response[q] = bench_.response(static_cast<double>(q + 1) * plan.frequency);
-    SelfTest test{plan, bench_.rig.dac->info().rate_hz};
+    const double rate_hz = bench_.rig.dac->info().rate_hz;
+    SelfTest test{plan, rate_hz};
+    std::string mixers;  // what has changed
     spdlog::info("self-test: {:.3g} s of silence, then {} periods of {:.3g} V at {:.4g} and {:.4g} Hz",
                  plan.quiet_s, plan.hold, plan.volts, plan.frequency, 2 * plan.frequency);
     try {
@@ -208,6 +214,10 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
                     test.leave(channels.drive);
                     obeyed_ = requests;
                 }
+                const double now_s =
+                    streams.played.empty() ? 0 : counted_s(streams.played.back().tick, rate_hz);
+                if (mixers.empty() && !(mixers = changed_mixers(now_s).why).empty())
+                    test.leave(channels.drive);
                 return test.step(streams, channels.drive);
             },
             [&] { return test.done(); });
@@ -218,6 +228,10 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
         if (!g.refused.empty()) findings.push_back({Verdict::warning, "real time", g.refused});
     if (stop_requests_ > 0) {
         findings.push_back({Verdict::bad, "self-test", "interrupted; the drive was stopped softly"});
+        return findings;
+    }
+    if (!mixers.empty()) {
+        findings.push_back({Verdict::bad, "mixer", mixers + "; the drive was stopped softly"});
         return findings;
     }
     for (const std::string& what : notes_on(collector_.channels().warnings))

@@ -77,6 +77,7 @@ private:
     acquisition::DriveOutput output_;
     Sequence sequence_;
     Recordings recordings_;
+    commissioned::MixerChange changed_mixers(double now_s);
     void watch_mixers(acquisition::Channels& channels);
     void obey_stop_requests(acquisition::Channels& channels);
     void tidy();

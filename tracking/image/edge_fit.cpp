@@ -36,11 +36,11 @@ void add_products(Gram& gram, const Row& c, double weight, std::index_sequence<i
 }  // namespace
 
 template <std::size_t nuisances>
-void EdgeFit::accumulate(const Outline& at, bool trim) {
+void EdgeFit::accumulate(const Outline& at, double reach, bool trim) {
     constexpr std::size_t value_column = nuisances + 4, columns = nuisances + 6;  // the last one is padding
     for (Block& b : blocks_) {
         b.gram.setZero();
-        b.weight = b.trimmed = b.coverage = 0;
+        b.weight = b.trimmed = b.whole = b.coverage = 0;
     }
     // No lens draws a Gaussian edge better than this: without noise, its tails must not become outliers.
     const double perfect = 2e-3 * contrast_;
@@ -48,7 +48,7 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
     // Two short loops are faster than a long one: a processor then works on several samples at a time.
     using Row = Eigen::Matrix<double, 1, static_cast<int>(columns)>;
     std::array<Row, 32> rows;
-    std::array<double, 32> weights;
+    std::array<double, 32> weights, fades;
     for (std::size_t from = 0; from < samples_.size(); from += rows.size()) {
         const std::size_t count = std::min(rows.size(), samples_.size() - from);
         for (std::size_t i = 0; i < count; ++i) {
@@ -74,14 +74,17 @@ void EdgeFit::accumulate(const Outline& at, bool trim) {
             c[nuisances + 3] = by_blur;
             c[value_column] = s.value;
             c[value_column + 1] = 0;
+            fades[i] = nuisances == 2 ? faded(at.size - r, reach) : 1;
             weights[i] = trim ? biweight((s.value - ground) * (s.value - ground), certainty) : 1;
         }
         for (std::size_t i = 0; i < count; ++i) {
             Block& b = blocks_[static_cast<std::size_t>(samples_[from + i].block)];
-            b.weight += weights[i];
-            b.trimmed += weights[i] < 0.5 ? 1 : 0;
-            b.coverage += weights[i] * rows[i][nuisances + 2];
-            add_products(b.gram, rows[i], weights[i], std::make_index_sequence<value_column + 1>{});
+            const double weight = fades[i] * weights[i];
+            b.weight += weight;
+            b.trimmed += weights[i] < 0.5 ? fades[i] : 0;
+            b.whole += fades[i];
+            b.coverage += weight * rows[i][nuisances + 2];
+            add_products(b.gram, rows[i], weight, std::make_index_sequence<value_column + 1>{});
         }
     }
 }
@@ -147,14 +150,13 @@ void EdgeFit::choose_blocks() {
     contrast_ = median([](const Block& b) { return b.ground[1]; });
     variance_ = median([](const Block& b) { return b.variance; });
     for (Block& b : blocks_) {
-        const double ratio = b.ground[1] / contrast_;
-        b.used = b.used && ratio > 0.4 && ratio < 2.5 && b.variance <= 16 * variance_ + 1e-9;
+        b.used = b.used && !b.habit.strange(b.ground[1] / contrast_) && b.variance <= 16 * variance_ + 1e-9;
     }
 }
 
 template <std::size_t nuisances>
-EdgeFit::Pass EdgeFit::run(const Outline& at, bool trim) {
-    accumulate<nuisances>(at, trim);
+EdgeFit::Pass EdgeFit::run(const Outline& at, double reach, bool trim) {
+    accumulate<nuisances>(at, reach, trim);
     for (std::size_t b = 0; b < blocks_.size(); ++b)
         solve_block<nuisances>(blocks_[b], slopes_[b], trim ? lost_by_biweight : 1.0);
     choose_blocks();
@@ -185,7 +187,7 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
     bool trim = false;
     for (int count = 0; count < passes && !result.converged; ++count) {
         const Outline at{theta[0], theta[1], theta[2], theta[3]};
-        Pass pass = ground == Ground::plane ? run<4>(at, trim) : run<2>(at, trim);
+        Pass pass = ground == Ground::plane ? run<4>(at, prior.reach, trim) : run<2>(at, prior.reach, trim);
         result.noise = std::sqrt(pass.variance);
         result.contrast = contrast_;
         result.freedom = pass.weight;
@@ -216,27 +218,29 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
 // Disagreement of blocks beyond their noise and learned offset (a reflection, an object in front) is added to
 // the error.
 void EdgeFit::summarise(EdgeFitResult& result) const {
-    double disagreement = 0, count = 0, trimmed = 0;
+    double disagreement = 0, count = 0, trimmed = 0, whole = 0;
     for (const Block& b : blocks_) {
         trimmed += b.trimmed;
+        whole += b.whole;
         if (!b.used || !(b.normal(2, 2) > 0)) continue;
-        const double off = b.score[2] / b.normal(2, 2) - b.habit;
-        const double known = b.habit_frames > 0 ? 1 + 1 / b.habit_frames : 1;
-        disagreement += off * off * b.normal(2, 2) / (result.noise * result.noise * known);
+        const double off = b.score[2] / b.normal(2, 2) - b.habit.off;
+        disagreement += off * off * b.normal(2, 2) / (result.noise * result.noise * b.habit.known());
         count += 1;
         result.coverage += b.coverage;
     }
     if (count > 6) result.covariance *= std::max(1.0, disagreement / (count - 4));
-    result.trimmed = trimmed / static_cast<double>(samples_.size());
+    result.trimmed = trimmed / std::max(whole, 1.0);
 }
 
 void EdgeFit::accept() {
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
         Block& b = blocks_[k];
-        if (!b.used || !(b.normal(2, 2) > 0)) continue;
+        if (!b.used || !(b.normal(2, 2) > 0)) {
+            b.habit.pass_over();
+            continue;
+        }
         slopes_[k].learn(b.own_slope);
-        b.habit_frames = std::min(b.habit_frames + 1, EdgeFit::longest_memory);
-        b.habit += (b.score[2] / b.normal(2, 2) - b.habit) / b.habit_frames;
+        b.habit.learn(b.score[2] / b.normal(2, 2), b.ground[1] / contrast_);
     }
 }
 

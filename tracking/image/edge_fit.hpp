@@ -32,6 +32,7 @@ struct EdgePrior {
     double x = 1e6, y = 1e6, size = 1e6, blur = 1e6;
     double sign = 0;        // of the contrast; 0: either sign, and any roughness
     double roughest = 0.4;  // residual / contrast above which the fit is given up
+    double reach = 1e6;     // px beside the outline at which samples on flat ground have faded out
 };
 
 struct EdgeFitResult {
@@ -69,6 +70,31 @@ struct KnownSlope {
     }
 };
 
+/// How a block used to differ from the others, over accepted pictures.
+struct BlockHabit {
+    static constexpr double longest_memory = 32;  // pictures
+    double off = 0;                               // px, of its outline outwards from the common one
+    double ratio = 1;                             // of its gain to the common one
+    double frames = 0;
+
+    void learn(double new_off, double new_ratio) noexcept {
+        frames = std::min(frames + 1, longest_memory);
+        off += (new_off - off) / frames;
+        ratio += (new_ratio - ratio) / frames;
+    }
+    /// The block was not used: what it used to be is forgotten with time.
+    void pass_over() noexcept {
+        if (frames > 0 && --frames <= 0) *this = {};
+    }
+    /// Variance of `off` and of one picture, over that of one picture.
+    [[nodiscard]] double known() const noexcept { return frames > 0 ? 1 + 1 / frames : 1; }
+    /// A gain that is far from the others', or from what it used to be: the block shows something else.
+    [[nodiscard]] bool strange(double new_ratio) const noexcept {
+        const double change = new_ratio / ratio;
+        return !(new_ratio > 0.4 && new_ratio < 2.5 && (frames <= 0 || (change > 0.6 && change < 1.7)));
+    }
+};
+
 /// Model: I = offset_b + gain_b E(r - size; blur) [+ plane_b], with E(d; s) = Phi(-d/s) the Gaussian edge and
 /// b the block; Gauss-Newton on x, y, size, blur with Tukey's biweight. Gain, offset and plane are eliminated
 /// for each block, so uneven light causes no bias. Blocks and samples that do not fit are excluded. Scratch
@@ -76,7 +102,6 @@ struct KnownSlope {
 class EdgeFit {
 public:
     enum class Ground { flat, plane };
-    static constexpr double longest_memory = 32;  // frames over which a block's habit is averaged
 
     /// upright: the outline lies along rows or columns of pixels.
     explicit EdgeFit(bool upright = false) noexcept : upright_{upright} {}
@@ -97,13 +122,13 @@ private:
     static constexpr int most_columns = 10;
     struct Block {
         Eigen::Matrix<double, most_columns, most_columns, Eigen::RowMajor> gram;
-        double weight = 0, trimmed = 0, coverage = 0;
+        double weight = 0, trimmed = 0, whole = 0, coverage = 0;
         std::array<double, 4> ground{};  // offset, gain, plane
         double variance = 0;
         bool used = false;
         Eigen::Matrix4d normal;
         Eigen::Vector4d score;
-        double habit = 0, habit_frames = 0;
+        BlockHabit habit;
         std::array<double, 2> own_slope{};
     };
     struct Pass {
@@ -113,9 +138,9 @@ private:
     };
 
     template <std::size_t nuisances>
-    Pass run(const Outline& at, bool trim);
+    Pass run(const Outline& at, double reach, bool trim);
     template <std::size_t nuisances>
-    void accumulate(const Outline& at, bool trim);
+    void accumulate(const Outline& at, double reach, bool trim);
     template <std::size_t nuisances>
     void solve_block(Block& block, const KnownSlope& slope, double spread_lost) const;
     void choose_blocks();

@@ -12,6 +12,14 @@ struct EdgeAt {
     double step, slope, by_blur;
 };
 
+/// Weight of a pixel `distance` px from the outline: 1 near it, and 0 from `reach` px on. It falls as the
+/// integral of a hat of two pixels' width: the weights of all pixels add up to the same wherever the outline
+/// lies between them.
+inline double faded(double distance, double reach) noexcept {
+    const double t = std::clamp(0.5 * (reach - std::abs(distance)), 0.0, 1.0);
+    return t < 0.5 ? 2 * t * t : 1 - 2 * (1 - t) * (1 - t);
+}
+
 /// Phi(t), the Gaussian distribution function, and its density phi(t), interpolated from a table. Error below
 /// 2e-6.
 class EdgeProfile {

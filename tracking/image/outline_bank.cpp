@@ -4,20 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <utility>
-
-#include "tracking/image/edge_profile.hpp"
 
 namespace shaker::tracking {
 namespace {
 
-constexpr double least_spread = 0.02;  // of E within a block, as in EdgeFit
 constexpr double least_variance = 1e-4;
 constexpr double farthest_step = 1.5;  // px
 constexpr double farthest = 3;         // px from the start
 constexpr std::size_t few_of = 4;      // one block of so many leads a first step
 constexpr std::size_t many = 16;       // blocks, that it takes
-constexpr int sites_ahead = 500;  // at least, whose weights are computed in a picture before they are needed
 
 using Lanes [[gnu::vector_size(16)]] = float;
 
@@ -50,138 +45,6 @@ float* copy(const T* from, int count, float level, float* to) noexcept {
 
 }  // namespace
 
-void OutlineBank::shape(const Shape& shape, std::vector<Site> sites, const std::vector<Point>& shifts) {
-    shape_ = shape;
-    sites_ = std::move(sites);
-    runs_.clear();
-    ranges_.assign(shifts.size(), {});
-    for (std::size_t b = 0; b < shifts.size(); ++b) ranges_[b].shift = shifts[b];
-    for (std::size_t i = 0; i < sites_.size(); ++i) {
-        const Site& s = sites_[i];
-        Range& r = ranges_[static_cast<std::size_t>(s.block)];
-        if (r.end == 0) {
-            r.begin = static_cast<int>(i);
-            r.first_run = r.last_run = static_cast<int>(runs_.size());
-            r.x0 = r.x1 = s.x;
-            r.y0 = r.y1 = s.y;
-        }
-        const Site* const before = r.end == 0 ? nullptr : &sites_[i - 1];
-        if (before == nullptr || before->y != s.y || before->x + 1 != s.x) {
-            runs_.push_back({s.x, s.y, 0});
-            ++r.last_run;
-        }
-        ++runs_.back().length;
-        r.end = static_cast<int>(i) + 1;
-        r.x0 = std::min(r.x0, s.x);
-        r.x1 = std::max(r.x1, s.x);
-        r.y0 = std::min(r.y0, s.y);
-        r.y1 = std::max(r.y1, s.y);
-    }
-    int longest = 0;
-    weights_a_place_ = 0;
-    for (Range& r : ranges_) {
-        r.padded = (r.end - r.begin + lanes - 1) / lanes * lanes;
-        r.weights = static_cast<int>(weights_a_place_);
-        weights_a_place_ += static_cast<std::size_t>(4 * r.padded);
-        longest = std::max(longest, r.padded);
-    }
-    blocks_.assign(phases * phases * ranges_.size(), {});
-    ahead_ = 0;
-    weights_ = std::make_unique_for_overwrite<float[]>(phases * phases * weights_a_place_);
-    values_.assign(static_cast<std::size_t>(longest), 0);
-    level_ = static_cast<float>(std::lround(shape_.level));
-    along_.assign(weights_a_place_ / 4, 0);
-    across_.assign(weights_a_place_ / 4, 0);
-    for (const Range& r : ranges_) {
-        for (int i = r.begin; i < r.end; ++i) {
-            const auto at = static_cast<std::size_t>(r.weights / 4 + i - r.begin);
-            along_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].x - r.shift.x);
-            across_[at] = static_cast<float>(sites_[static_cast<std::size_t>(i)].y - r.shift.y);
-        }
-    }
-    seen_.assign(ranges_.size(), {});
-    sorted_.reserve(ranges_.size());
-    columns_.setOnes(longest, 7);
-}
-
-void OutlineBank::resize(double size, double blur) noexcept {
-    shape_.size = size;
-    shape_.blur = blur;
-    for (Block& b : blocks_) b.known = false;
-    ahead_ = 0;
-}
-
-Point OutlineBank::offset_at(std::size_t place) noexcept {
-    return {(static_cast<double>(place % phases) + 0.5) / phases - 0.5,
-            (static_cast<double>(place / phases) + 0.5) / phases - 0.5};
-}
-
-bool OutlineBank::learn(std::size_t place, std::size_t b) {
-    if (block_at(place, b).known) return false;
-    plane() ? learn<4>(place, b) : learn<2>(place, b);
-    return true;
-}
-
-template <int nuisances>
-void OutlineBank::learn(std::size_t place, std::size_t b) {
-    const Point offset = offset_at(place);
-    const Range& range = ranges_[b];
-    const Eigen::Index count = range.end - range.begin;
-    Block& block = blocks_[place * ranges_.size() + b];
-    block.known = true;
-    block.normal.setZero();
-    const double px = range.shift.x + offset.x, py = range.shift.y + offset.y;
-    for (Eigen::Index i = 0; i < count; ++i) {
-        const Site& s = sites_[static_cast<std::size_t>(range.begin + i)];
-        const double du = s.x - px, dv = shape_.straight ? 0 : s.y - py, r = std::sqrt(du * du + dv * dv);
-        const auto [e, g, by_blur] = shape_.straight ? EdgeProfile::upright(shape_.size - r, shape_.blur)
-                                                     : EdgeProfile::round(shape_.size - r, shape_.blur);
-        const double per_r = r > 1e-9 ? g / r : 0;
-        columns_(i, 1) = e;
-        columns_(i, 2) = s.x - range.shift.x;  // a slope turns about the block
-        columns_(i, 3) = s.y - range.shift.y;
-        columns_(i, 4) = du * per_r;
-        columns_(i, 5) = dv * per_r;
-        columns_(i, 6) = g;
-    }
-    // lazyProduct() allocates nothing.
-    const auto unknown = columns_.topRows(count).leftCols<nuisances>();
-    const auto outline = columns_.topRows(count).middleCols<3>(4);
-    using Ground = Eigen::Matrix<double, nuisances, nuisances>;
-    Ground ground = unknown.transpose().lazyProduct(unknown);
-    const Eigen::Matrix<double, nuisances, 3> cross = unknown.transpose().lazyProduct(outline);
-    block.outline = cross(0, 2);
-    for (int j = 2; j < nuisances; ++j) {
-        block.squares.at(static_cast<std::size_t>(j - 2)) = ground(j, j);
-        ground(j, j) *= 1 + KnownSlope::most_frames;
-    }
-    const double n = ground(0, 0), spread = ground(1, 1) - ground(0, 1) * ground(0, 1) / std::max(n, 1.0);
-    if (!(spread > least_spread * n) || n < nuisances + 3) return;  // not used: no information
-    const Ground inverse = ground.inverse();
-    const Eigen::Matrix<double, nuisances, 3> explained = inverse * cross;
-    block.ground.setZero();
-    block.ground.topLeftCorner<nuisances, nuisances>() = inverse;
-    for (int k = 2; k < nuisances; ++k)
-        block.by_slope.row(k - 2) =
-            KnownSlope::most_frames * block.squares.at(static_cast<std::size_t>(k - 2)) * explained.row(k);
-    const Eigen::Matrix3d all = outline.transpose().lazyProduct(outline);
-    block.normal = all - cross.transpose() * explained;
-    Eigen::Map<Eigen::MatrixX4f> weights{weights_of(place, b), range.padded, 4};
-    weights.bottomRows(range.padded - count).setZero();
-    weights.col(0).head(count) = unknown.col(1).template cast<float>();
-    weights.topRows(count).rightCols<3>() = (outline - unknown.lazyProduct(explained)).template cast<float>();
-}
-
-// A picture in which all weights were missing would take several times as long as others.
-void OutlineBank::learn_ahead() {
-    if (ahead_ == 0) first_ahead_ = place_ / phases * phases;
-    for (int sites = 0; ahead_ < blocks_.size() && sites < sites_ahead; ++ahead_) {
-        const std::size_t b = ahead_ % ranges_.size();
-        const std::size_t place = (first_ahead_ + ahead_ / ranges_.size()) % (phases * phases);
-        if (learn(place, b)) sites += ranges_[b].end - ranges_[b].begin;
-    }
-}
-
 template <class T>
 void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, int x, int y, Box whole, bool thinned) {
     for (std::size_t b = 0; b < ranges_.size(); ++b) {
@@ -199,11 +62,12 @@ void OutlineBank::look(const Pixels<T>& pixels, std::size_t place, int x, int y,
             to = copy(pixels.row(y + run.y) + (x + run.x), run.length, level_, to);
         }
         std::fill(to, values_.data() + range.padded, 0.0f);
-        see(b, place);
+        plane() ? see<false>(b, place) : see<true>(b, place);
     }
 }
 
 // What the values of a block show: its gain, its residual and its score for the outline.
+template <bool flat>
 void OutlineBank::see(std::size_t b, std::size_t place) {
     const Range& range = ranges_[b];
     const Block& block = block_at(place, b);
@@ -213,21 +77,28 @@ void OutlineBank::see(std::size_t b, std::size_t place) {
     Wide sum{}, squares{};
     for (int i = 0; i < range.padded; i += lanes) {
         const Lanes value = load<Lanes>(&values_[static_cast<std::size_t>(i)]);
-        for (std::size_t k = 0; k < 4; ++k)
-            weighted[k] += value * load<Lanes>(weights + static_cast<int>(k) * range.padded + i);
         const Wide exact = __builtin_convertvector(value, Wide);
-        sum += exact;
-        squares += exact * exact;
-        if (!plane()) continue;
-        along += value * load<Lanes>(&along_[static_cast<std::size_t>(range.weights / 4 + i)]);
-        across += value * load<Lanes>(&across_[static_cast<std::size_t>(range.weights / 4 + i)]);
+        for (int k = flat ? 1 : 0; k < (flat ? 3 : 4); ++k)
+            weighted[static_cast<std::size_t>(k)] += value * load<Lanes>(weights + k * range.padded + i);
+        if constexpr (flat) {
+            const Wide faded = exact * __builtin_convertvector(load<Lanes>(weights + i), Wide);
+            sum += faded;
+            squares += faded * exact;
+        } else {
+            sum += exact;
+            squares += exact * exact;
+            along += value * load<Lanes>(&along_[static_cast<std::size_t>(range.first + i)]);
+            across += value * load<Lanes>(&across_[static_cast<std::size_t>(range.first + i)]);
+        }
     }
-    Eigen::Vector4d sums{total(sum), total(weighted[0]), total(along), total(across)};
+    Eigen::Vector4d sums{total(sum), total(weighted[flat ? 1 : 0]), total(along), total(across)};
     Seen& seen = seen_[b];
-    seen.score = {total(weighted[1]), total(weighted[2]), total(weighted[3])};
-    seen.freedom = range.end - range.begin - (plane() ? 4 : 2);
+    seen.freedom = block.weight - (flat ? 2 : 4);
     double known = 0;  // squares of the known slope
-    if (plane()) {
+    if constexpr (flat) {
+        seen.score = block.lead * total(weighted[2]);
+    } else {
+        seen.score = {total(weighted[1]), total(weighted[2]), total(weighted[3])};
         const double contrast = (block.ground * sums)[1];  // hardly depends on the slopes
         for (int i = 0; i < 2; ++i) {
             const auto k = static_cast<std::size_t>(i);
@@ -275,10 +146,17 @@ bool OutlineBank::tilted(std::size_t place, const Eigen::Vector3d& change) {
     return differs;
 }
 
+// Squares of grey levels of a block on flat ground that a change of the outline explains.
+double OutlineBank::explained_by(const Eigen::Vector3d& change, std::size_t place, std::size_t b) const {
+    const Seen& s = seen_[b];
+    const Block& block = block_at(place, b);
+    return block.share * change.dot(2 * s.score - s.gain * s.gain * block.normal * change);
+}
+
 double OutlineBank::median_of(double Seen::*member) {
     sorted_.clear();
-    for (const Seen& s : seen_)
-        if (s.used) sorted_.push_back(s.*member);
+    for (std::size_t b = 0; b < seen_.size(); ++b)
+        if (seen_[b].used && !is_mean(b)) sorted_.push_back(seen_[b].*member);
     if (sorted_.empty()) return 0;
     const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
     std::nth_element(sorted_.begin(), middle, sorted_.end());
@@ -290,9 +168,35 @@ void OutlineBank::choose_blocks() {
     contrast_ = median_of(&Seen::gain);
     const double variance = median_of(&Seen::variance);
     for (Seen& s : seen_) {
-        const double ratio = s.gain / contrast_;
-        s.used = s.used && ratio > 0.4 && ratio < 2.5 && s.variance <= 16 * variance + 1e-9;
+        s.used = s.used && !s.habit.strange(s.gain / contrast_) && s.variance <= 16 * variance + 1e-9;
     }
+}
+
+// The square of a block's distance from the common outline and its habit, in its own errors. Sets Seen::off.
+double OutlineBank::stranger(std::size_t b, std::size_t place, const Eigen::Vector3d& change,
+                             double variance) {
+    Seen& s = seen_[b];
+    const Eigen::Matrix3d normal = s.gain * s.gain * block_at(place, b).normal;
+    s.off = (s.score - normal * change)[2] / normal(2, 2);
+    const double off = s.off - s.habit.off;
+    return off * off * normal(2, 2) / (variance * s.habit.known());
+}
+
+// Blocks whose outline lies elsewhere, as beside a card that ends at it, are no longer used. True when there
+// are some, among many.
+bool OutlineBank::exclude_strangers(std::size_t place, const Step& step) {
+    constexpr double errors = 5, least_px = 0.1, fewest = 7;
+    const double variance = std::max(step.squares / step.freedom, least_variance);
+    bool any = false;
+    for (std::size_t b = 0; b < seen_.size(); ++b) {
+        Seen& s = seen_[b];
+        if (!s.used || is_mean(b) || step.used < fewest) continue;
+        const double far = stranger(b, place, step.change, variance);
+        if (far < errors * errors || std::abs(s.off - s.habit.off) < least_px) continue;
+        s.used = false;
+        any = true;
+    }
+    return any;
 }
 
 // How far blocks disagree beyond their noise and learned offsets: a factor of the variance, at least 1.
@@ -300,97 +204,145 @@ double OutlineBank::disagreement(std::size_t place, const Eigen::Vector3d& chang
     double squares = 0, count = 0;
     for (std::size_t b = 0; b < seen_.size(); ++b) {
         Seen& s = seen_[b];
-        if (!s.used) continue;
-        const Eigen::Matrix3d normal = s.gain * s.gain * block_at(place, b).normal;
-        s.off = (s.score - normal * change)[2] / normal(2, 2);
-        const double known = s.habit_frames > 0 ? 1 + 1 / s.habit_frames : 1;
-        squares += (s.off - s.habit) * (s.off - s.habit) * normal(2, 2) / (variance * known);
+        if (!s.used || is_mean(b)) continue;
+        squares += stranger(b, place, change, variance);
         count += 1;
     }
     return count > 6 ? std::max(1.0, squares / (count - 4)) : 1;
 }
 
+// variance: of the grey levels of the other blocks, with the outline at its place.
+void OutlineBank::learn_common(const Eigen::Vector3d& change, std::size_t place, double variance) {
+    double squares = 0, freedom = 0;
+    for (std::size_t b = seen_.size() - static_cast<std::size_t>(shape_.means); b < seen_.size(); ++b) {
+        if (!seen_[b].used) continue;
+        squares += seen_[b].variance * seen_[b].freedom - explained_by(change, place, b);
+        freedom += seen_[b].freedom;
+    }
+    if (!(freedom > 0)) return;
+    const double blocks_a_mean = static_cast<double>(seen_.size()) / shape_.means - 1;
+    common_frames_ = std::min(common_frames_ + 1, BlockHabit::longest_memory);
+    common_ += (blocks_a_mean * squares / (freedom * variance) - common_) / common_frames_;
+}
+
 void OutlineBank::accept(std::span<KnownSlope> slopes) {
     for (std::size_t b = 0; b < seen_.size(); ++b) {
         Seen& s = seen_[b];
-        if (!s.used) continue;
+        if (!s.used) {
+            s.habit.pass_over();
+            continue;
+        }
         if (plane()) slopes[b].learn(s.slope);
-        s.habit_frames = std::min(s.habit_frames + 1, EdgeFit::longest_memory);
-        s.habit += (s.off - s.habit) / s.habit_frames;
+        s.habit.learn(s.off, s.gain / contrast_);
     }
     learn_ahead();
+}
+
+// Information with the prior of the size, and, for straight edges, of the place along them.
+Eigen::Matrix3d OutlineBank::certain(const Eigen::Matrix3d& normal, double variance) const {
+    Eigen::Matrix3d all = normal / variance;
+    all(2, 2) += 1 / (shape_.size_sd * shape_.size_sd);
+    if (shape_.straight) all(1, 1) += 1;
+    return all;
+}
+
+OutlineBank::Step OutlineBank::step_at(const ImageView& image, std::size_t place, int x, int y,
+                                       bool thinned) {
+    const auto look_at = [&](auto pixels) { look(pixels, place, x, y, whole(image), thinned); };
+    image.bytes_per_pixel == 4 ? look_at(Pixels<float>{image}) : with_pixels(image, look_at);
+    const double looked = static_cast<double>(std::ranges::count_if(seen_, &Seen::used)) - shape_.means;
+    choose_blocks();
+    return sums_at(place, looked);
+}
+
+OutlineBank::Step OutlineBank::sums_at(std::size_t place, double looked) const {
+    Step step;
+    step.looked = looked;
+    for (std::size_t b = 0; b < seen_.size(); ++b) {
+        const Seen& s = seen_[b];
+        if (!s.used || is_mean(b)) continue;
+        step.normal += s.gain * s.gain * block_at(place, b).normal;
+        step.score += s.score;
+        step.freedom += s.freedom;
+        step.squares += s.variance * s.freedom;
+        step.outline += block_at(place, b).outline;
+        step.used += 1;
+    }
+    const double variance = std::max(step.squares / std::max(step.freedom, 1.0), least_variance);
+    step.change = certain(step.normal, variance).inverse() * step.score / variance;
+    return step;
 }
 
 EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<const KnownSlope> slopes) {
     slopes_ = slopes;
     Point at = start;
-    double size = shape_.size;
-    EdgeFitResult result;
-    for (int step = 0; step < most_steps; ++step) {
-        const int x = static_cast<int>(std::floor(at.x + 0.5)), y = static_cast<int>(std::floor(at.y + 0.5));
+    for (int count = 0; count < most_steps; ++count) {
+        const int x = x_ = static_cast<int>(std::floor(at.x + 0.5)),
+                  y = y_ = static_cast<int>(std::floor(at.y + 0.5));
         const auto phase = [](double off) {
             return std::clamp(static_cast<int>((off + 0.5) * phases), 0, phases - 1);
         };
-        const int i = phase(at.x - x), j = phase(at.y - y);
-        const auto place = place_ = static_cast<std::size_t>(j * phases + i);
+        const std::size_t place = place_ =
+            static_cast<std::size_t>(phase(at.y - y) * phases + phase(at.x - x));
         const Point offset = offset_at(place);
-        const bool thinned = step == 0 && ranges_.size() >= many;
-        const auto look_at = [&](auto pixels) { look(pixels, place, x, y, whole(image), thinned); };
-        image.bytes_per_pixel == 4 ? look_at(Pixels<float>{image}) : with_pixels(image, look_at);
-        const auto looked = static_cast<double>(std::ranges::count_if(seen_, &Seen::used));
-        choose_blocks();
-        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-        Eigen::Vector3d score = Eigen::Vector3d::Zero();
-        double freedom = 0, squares = 0, outline = 0, used = 0;
-        for (std::size_t b = 0; b < seen_.size(); ++b) {
-            const Seen& s = seen_[b];
-            if (!s.used) continue;
-            normal += s.gain * s.gain * block_at(place, b).normal;
-            score += s.score;
-            freedom += s.freedom;
-            squares += s.variance * s.freedom;
-            outline += block_at(place, b).outline;
-            used += 1;
-        }
-        if (!(freedom > 4)) {
+        const bool thinned = count == 0 && ranges_.size() >= many;
+        Step step = step_at(image, place, x, y, thinned);
+        if (!(step.freedom > 4)) {
             if (thinned) continue;
-            return result;
+            return {};
         }
-        const auto certain = [&](double variance) {
-            Eigen::Matrix3d all = normal / variance;
-            all(2, 2) += 1 / (shape_.size_sd * shape_.size_sd);
-            if (shape_.straight) all(1, 1) += 1;
-            return all;
-        };
-        double variance = std::max(squares / freedom, least_variance);
-        const Eigen::Vector3d change = certain(variance).inverse() * score / variance;
-        if (!change.allFinite()) return result;
-        const Point found{x + offset.x + change[0], shape_.straight ? start.y : y + offset.y + change[1]};
-        size = shape_.size + change[2];
-        const bool settled =
-            !thinned && std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases;
-        if (settled) {
-            if (plane() && tilted(place, change)) return result;
-            // What the place on the grid leaves is no noise. With known slopes it stands for their error.
-            if (!plane()) squares -= change.dot(2 * score - normal * change);
-            variance = std::max(squares / freedom, least_variance);
-            result.converged = true;
-            result.outline = {found.x, found.y, size, shape_.blur};
-            result.covariance =
-                disagreement(place, change, variance) * certain(variance).inverse().topLeftCorner<2, 2>();
-            result.contrast = contrast_;
-            result.freedom = freedom;
-            result.noise = std::sqrt(variance);
-            result.coverage = outline;
-            result.trimmed = 1 - used / std::max(looked, 1.0);
+        const Eigen::Vector3d& change = step.change;
+        if (!change.allFinite()) return {};
+        if (!thinned && std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases) {
+            if (plane() && tilted(place, change)) return {};
+            if (exclude_strangers(place, step)) step = sums_at(place, step.looked);
+            EdgeFitResult result = summed(step);
+            change_ = change;
+            result.outline = {x + offset.x + change[0] / response_,
+                              shape_.straight ? start.y : y + offset.y + change[1] / response_,
+                              shape_.size + change[2], shape_.blur};
             return result;
         }
         const double far = std::hypot(change[0], change[1]);
         const double share = std::min(1.0, farthest_step / std::max(far, 1e-12));
         at = {x + offset.x + share * change[0], shape_.straight ? start.y : y + offset.y + share * change[1]};
-        if (length(at - start) > farthest) return result;
+        if (length(at - start) > farthest) return {};
     }
+    return {};
+}
+
+// What the last step shows besides the place.
+EdgeFitResult OutlineBank::summed(const Step& step) {
+    double squares = step.squares;
+    // What the place on the grid leaves is no noise. With known slopes it stands for their error.
+    for (std::size_t b = 0; b < seen_.size(); ++b)
+        if (!plane() && seen_[b].used && !is_mean(b)) squares -= explained_by(step.change, place_, b);
+    const double variance = std::max(squares / step.freedom, least_variance);
+    learn_common(step.change, place_, variance);
+    EdgeFitResult result;
+    result.converged = true;
+    result.covariance = common() * disagreement(place_, step.change, variance) *
+                        certain(step.normal, variance).inverse().topLeftCorner<2, 2>() /
+                        (response_ * response_);
+    result.contrast = contrast_;
+    result.freedom = step.freedom;
+    result.noise = std::sqrt(variance);
+    result.coverage = step.outline;
+    result.trimmed = 1 - step.used / std::max(step.looked, 1.0);
     return result;
+}
+
+void OutlineBank::learn_response(const ImageView& image, std::span<const KnownSlope> slopes) {
+    constexpr double least = 0.5, most = 2;
+    slopes_ = slopes;
+    const Eigen::Vector3d before = change_;
+    const std::size_t beside = place_ % phases + 1 < phases ? place_ + 1 : place_ - 1;
+    const double apart = offset_at(beside).x - offset_at(place_).x;
+    const Step step = step_at(image, beside, x_, y_, false);
+    const double response = (before[0] - step.change[0]) / apart;
+    if (!(step.freedom > 4 && response > least && response < most)) return;
+    response_frames_ = std::min(response_frames_ + 1, BlockHabit::longest_memory);
+    response_ += (response - response_) / response_frames_;
 }
 
 }  // namespace shaker::tracking

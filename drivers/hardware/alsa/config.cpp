@@ -7,6 +7,8 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <fstream>
+#include <set>
 #include <thread>
 
 #include "drivers/errors.hpp"
@@ -49,7 +51,43 @@ Config merged(const std::filesystem::path& file) {
     return config;
 }
 
+// Number of the card in "hw:CARD=M2,DEV=0" or "hw:1,0"; negative when the name has none.
+int card_of(const std::string& name) {
+    const std::size_t colon = name.find(':');
+    if (colon == std::string::npos) return -1;
+    std::string card = name.substr(colon + 1, name.find(',') - colon - 1);
+    if (card.starts_with("CARD=")) card.erase(0, 5);
+    return snd_card_get_index(card.c_str());
+}
+
 }  // namespace
+
+std::string holders(Direction direction, int card, const std::filesystem::path& asound,
+                    const std::filesystem::path& proc) {
+    const std::string first = card < 0 ? "card" : fmt::format("card{}/", card);
+    const char side = direction == Direction::playback ? 'p' : 'c';
+    std::set<std::string> found;
+    std::error_code none;
+    const auto end = std::filesystem::recursive_directory_iterator{};
+    for (auto at = std::filesystem::recursive_directory_iterator{asound, none}; at != end;
+         at.increment(none)) {
+        // card1/pcm0p/sub0/status
+        const std::string place = at->path().lexically_relative(asound).string();
+        const std::size_t pcm = place.find("/pcm");
+        if (!place.starts_with(first) || !place.ends_with("/status") || pcm == std::string::npos ||
+            place[place.find('/', pcm + 1) - 1] != side)
+            continue;
+        std::ifstream status{at->path()};
+        for (std::string line; std::getline(status, line);) {
+            if (!line.starts_with("owner_pid")) continue;
+            const std::string process = line.substr(line.find_last_of(" :\t") + 1);
+            std::string name;
+            std::getline(std::ifstream{proc / process / "comm"}, name);
+            found.insert(fmt::format("{} (process {})", name.empty() ? "a program" : name, process));
+        }
+    }
+    return fmt::format("{}", fmt::join(found, ", "));
+}
 
 AlsaHandle open_alsa(Direction direction, const std::string& name, const std::filesystem::path& file) {
     const snd_pcm_stream_t stream =
@@ -62,7 +100,12 @@ AlsaHandle open_alsa(Direction direction, const std::string& name, const std::fi
         error = config ? snd_pcm_open_lconf(&pcm, name.c_str(), stream, mode, config.get())
                        : snd_pcm_open(&pcm, name.c_str(), stream, mode);
     }
-    check(error, "ALSA device " + name + ": cannot be opened");
+    const std::string who = error == -EBUSY ? holders(direction, card_of(name)) : std::string{};
+    check(error, "ALSA device " + name + ": cannot be opened" +
+                     (who.empty() ? ""
+                                  : "; it is held by " + who +
+                                        ": end that program, or take the card out of its hands (WIRING.md, "
+                                        "\"A sound server\")"));
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};
 }
 

@@ -30,6 +30,10 @@ enum class Direction { playback, capture };
 AlsaHandle open_alsa(Direction direction, const std::string& name, const std::filesystem::path& config);
 /// A snd_ctl_t: the controls of a card, by the name of its control device. Throws DeviceError.
 AlsaHandle open_control(const std::string& name, const std::filesystem::path& config);
+/// The programs that hold PCMs of this direction: "pipewire (process 812)", joined by commas; empty: none.
+/// card: its number, negative: of any. asound, proc: where the kernel lists them.
+std::string holders(Direction direction, int card, const std::filesystem::path& asound = "/proc/asound",
+                    const std::filesystem::path& proc = "/proc");
 /// The long name of the sound card behind a PCM; empty without a card.
 std::string card_name(void* pcm);
 /// Its snd_pcm_format_t.

@@ -56,8 +56,9 @@ private:
 };
 
 AccelBlocks::Limits limits_of(const IioFacts& facts, const std::optional<double>& range_mps2) {
-    AccelBlocks::Limits limits{};
-    for (std::size_t k = 0; k < 3; ++k) {
+    AccelBlocks::Limits limits;
+    limits.fill(limits_of(IioFormat{}));  // of an axis that is not read, whose counts are 0
+    for (std::size_t k = 0; k < facts.scan.used; ++k) {
         limits[k] = limits_of(facts.scan.axes[k].format);
         if (!range_mps2) continue;
         const double range_counts = std::abs(*range_mps2 / facts.mps2_per_count[k]);
@@ -73,7 +74,7 @@ AccelBlocks::Limits limits_of(const IioFacts& facts, const std::optional<double>
 double range_of(const IioFacts& facts, const std::optional<double>& range_mps2) {
     if (range_mps2) return *range_mps2;
     double range = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < facts.scan.used; ++k)
         for (const std::int64_t count : limits_of(facts.scan.axes[k].format))
             range = std::min(range, std::abs((static_cast<double>(count) + facts.offset_counts[k]) *
                                              facts.mps2_per_count[k]));
@@ -98,6 +99,8 @@ public:
     [[nodiscard]] AccelerometerInfo info() const override {
         return {.name = facts_.name,
                 .rate_hz = facts_.rate_hz,
+                .axes = static_cast<int>(facts_.scan.used),
+                .gravity = settings_.gravity,
                 .response = settings_.response,
                 .offset_counts = facts_.offset_counts,
                 .mps2_per_count = facts_.mps2_per_count,
@@ -254,7 +257,7 @@ void IioAccelerometer::take(std::span<const std::byte> samples) noexcept {
     const IioScan& scan = facts_.scan;
     for (std::size_t left = samples.size() / scan.size; left-- > 0; samples = samples.subspan(scan.size)) {
         TimedSample sample;
-        for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k < scan.used; ++k)
             sample.counts[k] = static_cast<std::int32_t>(unpack(samples, scan.axes[k]));
         // The last sample of the buffer has just arrived; earlier ones arrived one step earlier each.
         sample.arrived_ns = now - std::llround(grid_.step_ns() * static_cast<double>(left));

@@ -17,8 +17,9 @@ constexpr std::size_t aligned(std::size_t offset, std::size_t size) noexcept {
 
 }  // namespace
 
-IioScan lay_out_scan(const std::array<IioChannel, 3>& axes, const std::optional<IioChannel>& stamp) noexcept {
+IioScan lay_out_scan(std::span<const IioChannel> axes, const std::optional<IioChannel>& stamp) noexcept {
     IioScan scan;
+    scan.used = axes.size();
     std::array<Member, 4> members{};
     std::size_t count = 0;
     const auto add = [&](const IioChannel& channel, IioField& field) {

@@ -32,15 +32,16 @@ struct IioField {
 };
 
 struct IioScan {
-    std::array<IioField, 3> axes;
+    std::array<IioField, 3> axes;  // those in use first
+    std::size_t used = 3;
     std::optional<IioField> stamp;
     std::size_t size = 0;  // bytes of a sample, padding included
     bool operator==(const IioScan&) const = default;
 };
 
 /// The kernel's layout: channels in order of index, each aligned to its own size; the sample is padded to a
-/// multiple of the largest. Channels with the same index share their place.
-IioScan lay_out_scan(const std::array<IioChannel, 3>& axes, const std::optional<IioChannel>& stamp) noexcept;
+/// multiple of the largest. Channels with the same index share their place. One to three axes.
+IioScan lay_out_scan(std::span<const IioChannel> axes, const std::optional<IioChannel>& stamp) noexcept;
 
 /// True if the format is valid and every value fits a signed 32-bit integer.
 bool fits_counts(const IioFormat& format) noexcept;

@@ -20,10 +20,10 @@ IioSettings read_iio_settings(SettingsTable& table) {
     if (!is_uri(s.uri))
         table.fail("uri", "\"" + s.uri + "\" is not allowed: expected local:, ip:host, ip:host:port or usb:");
     s.device = table.text("device", "");
-    if (table.has("channels")) {
-        const std::vector<std::string> channels = table.texts("channels", 3);
-        std::copy(channels.begin(), channels.end(), s.channels.begin());
-    }
+    if (table.has("channels")) s.channels = table.texts("channels", 1, 3);
+    for (auto c = s.channels.begin(); c != s.channels.end(); ++c)
+        if (std::find(s.channels.begin(), c, *c) != c)
+            table.fail("channels", "channel \"" + *c + "\" is given twice");
     if (table.has("rate_hz")) s.rate_hz = table.number("rate_hz", {0.1, 1e6});
     s.trigger = table.text("trigger", "");
     s.buffer_samples = table.integer("buffer_samples", 1, 65536, s.buffer_samples);
@@ -33,8 +33,9 @@ IioSettings read_iio_settings(SettingsTable& table) {
     const std::size_t otherwise = s.uri.starts_with("local:") ? 0 : 1;
     constexpr std::array kinds{IioStamps::host, IioStamps::device, IioStamps::none};
     s.stamps = kinds.at(table.choice("stamps", {"host", "device", "none"}, otherwise));
-    s.response = read_response(table, true);
-    s.shaker_axis = read_shaker_axis(table, 3);
+    s.gravity = table.flag("gravity", s.gravity);
+    s.response = read_response(table, s.gravity);
+    s.shaker_axis = read_shaker_axis(table, s.channels.size());
     s.clock_uncertainty_s = table.number("clock_uncertainty_s", {0, 3600}, s.clock_uncertainty_s);
     if (table.has("range_mps2")) s.range_mps2 = table.number("range_mps2", {1e-6, 1e6});
     return s;

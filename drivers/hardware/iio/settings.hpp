@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "drivers/response/sensor_response.hpp"
 #include "drivers/settings_table.hpp"
@@ -19,7 +20,7 @@ enum class IioStamps {
 struct IioSettings {
     std::string uri = "local:";  // "local:", "ip:host", "ip:host:port", "usb:1.2.3", "usb:"
     std::string device{};  // id, name, label or serial number; empty: the only device with these channels
-    std::array<std::string, 3> channels{"accel_x", "accel_y", "accel_z"};
+    std::vector<std::string> channels{"accel_x", "accel_y", "accel_z"};  // x; x and y; or all
     std::optional<double> rate_hz{};  // value for sampling_frequency; empty: unchanged
     std::string trigger{};            // name or id; empty: unchanged
     int buffer_samples = 64;          // samples per libiio buffer
@@ -27,16 +28,17 @@ struct IioSettings {
     double timeout_s = 1;             // s without data before the connection is created again
     double give_up_s = 5;             // s without data before the device has failed
     IioStamps stamps = IioStamps::host;
-    SensorResponse response{};            // as AccelerometerInfo
+    bool gravity = true;  // as AccelerometerInfo, like the response
+    SensorResponse response{};
     std::array<double, 3> shaker_axis{};  // unit vector in sensor axes; all 0: derived from the motion
     double clock_uncertainty_s = 0.02;
     std::optional<double> range_mps2{};  // a sample beyond it is clipped; empty: the ends of the counts
 };
 
-/// Reads uri, device, channels, rate_hz, trigger, buffer_samples, kernel_buffers, timeout_s, give_up_s,
-/// stamps ("host", "device", "none"; default host for local:, else device), shaker_axis (three numbers or
-/// "fit"), clock_uncertainty_s, range_mps2 and those of low_pass_hz; all are optional. Other keys and
-/// finish() are left to the caller. InputError as from SettingsTable.
+/// Reads uri, device, channels (one for each axis), gravity, rate_hz, trigger, buffer_samples,
+/// kernel_buffers, timeout_s, give_up_s, stamps ("host", "device", "none"; default host for local:, else
+/// device), shaker_axis (three numbers or "fit"), clock_uncertainty_s, range_mps2 and those of low_pass_hz;
+/// all are optional. Other keys and finish() are left to the caller. InputError as from SettingsTable.
 IioSettings read_iio_settings(SettingsTable& table);
 
 }  // namespace shaker::iio

@@ -107,8 +107,8 @@ void IioStream::Impl::find_device() {
 void IioStream::Impl::find_channels() {
     for (unsigned i = 0; i < iio_device_get_channels_count(device); ++i)
         iio_channel_disable(iio_device_get_channel(device, i));
-    std::array<IioChannel, 3> channels{};
-    for (std::size_t k = 0; k < axes.size(); ++k) {
+    std::vector<IioChannel> channels(settings.channels.size());
+    for (std::size_t k = 0; k < channels.size(); ++k) {
         const std::string& id = settings.channels[k];
         axes[k] = iio_device_find_channel(device, id.c_str(), false);
         if (axes[k] == nullptr) fail("no input channel \"" + id + "\"");

@@ -18,7 +18,7 @@ namespace shaker::iio {
 struct IioFacts {
     std::string name;  // of the device, and its address
     double rate_hz = 0;
-    std::array<double, 3> mps2_per_count{};
+    std::array<double, 3> mps2_per_count{};  // 0 for an axis that is not read
     std::array<double, 3> offset_counts{};
     IioScan scan;
     IioStamps stamps = IioStamps::none;  // as requested, or a lower level that was available

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -123,15 +124,28 @@ TEST_P(KeptRecordingTest, IsIntact) {
     EXPECT_NE(o.out.find("finished recording, intact"), std::string::npos) << o.out;
 }
 
-// The pictures are tracked again.
-TEST(KeptPicturesTest, GiveTheRecordedTracksToTheBit) {
+// The pictures are tracked again. Since version 9 pixels beside an outline fade out instead of ending with a
+// whole pixel: a disc or a rectangle is found elsewhere by a fraction of what the older program's windows
+// made it jump.
+TEST(KeptPicturesTest, AreFollowedAgainToWithinTheirErrors) {
     const auto folder = test::fresh_folder();
     unpacked("walk.nxs", folder);
     EXPECT_EQ(test::content_of(folder / "walk.nxs").wrong, std::vector<std::string>{});
     const Outcome o = shakerd("replay --from raw walk.nxs", folder);
     EXPECT_EQ(o.status, 0) << o.err;
-    EXPECT_NE(o.out.find("replay: the streams are identical to the bit"), std::string::npos) << o.out;
-    EXPECT_TRUE(std::ranges::includes(may_move, moved(o.out))) << o.out;
+    EXPECT_NE(
+        o.out.find("because this program follows targets otherwise than the one that recorded the file"),
+        std::string::npos)
+        << o.out;
+    int tracks = 0;
+    const std::regex track{
+        "replay: track moved, (\\S+): (\\S+) px rms, at most (\\S+) .* another state in (\\d+) of"};
+    for (std::sregex_iterator at{o.out.begin(), o.out.end(), track}, end; at != end; ++at, ++tracks) {
+        EXPECT_LT(std::stod((*at)[2]), 0.003) << (*at)[1];
+        EXPECT_LT(std::stod((*at)[3]), 0.006) << (*at)[1];
+        EXPECT_EQ((*at)[4], "0") << (*at)[1];
+    }
+    EXPECT_GT(tracks, 0) << o.out;
 }
 
 TEST(KeptRecordingCrashTest, UnfinishedRecordingIsRecovered) {

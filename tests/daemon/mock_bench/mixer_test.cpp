@@ -1,8 +1,10 @@
 // The controls of the sound card, which another program turns: amixer, of alsa-utils.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "drivers/recorded/recording_file.hpp"
 #include "tests/support/in_real_time.hpp"
@@ -10,6 +12,8 @@
 
 namespace shaker::test {
 namespace {
+
+using namespace std::chrono_literals;
 
 constexpr const char* run_options = "--gamma 0.5g --periods 20 -o run.nxs";
 
@@ -74,6 +78,17 @@ TEST(MixerTest, AVolumeThatIsTurnedStopsTheDrive) {
     EXPECT_NE((o.out + o.err).find("controls of a sound card's mixer have changed"), std::string::npos)
         << end_of(o.err);
     EXPECT_NE(o.err.find("is 199,199 instead of 200,200"), std::string::npos) << end_of(o.err);
+}
+
+TEST(MixerTest, AVolumeThatIsTurnedEndsTheSelfTest) {
+    BenchRun run;
+    Program check{"shakerd", "check --rig '" + run.bench.rig_file().string() + "'", run.folder};
+    while (!check.ended() && run.bench.dac().taken() < 2 * 48000) std::this_thread::sleep_for(10ms);
+    run.bench.mixer().set_volume(199);
+    const Outcome o = check.wait();
+    EXPECT_NE(o.status, 0) << end_of(o.out);
+    EXPECT_NE(o.out.find("is 199,199 instead of 200,200; the drive was stopped softly"), std::string::npos)
+        << end_of(o.out) << end_of(o.err);
 }
 
 }  // namespace

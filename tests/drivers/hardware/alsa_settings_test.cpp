@@ -1,10 +1,12 @@
 // Settings in a rig file, values granted by a device, and the list of devices.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "drivers/errors.hpp"
 #include "drivers/hardware/alsa/alsa_dac.hpp"
+#include "drivers/hardware/alsa/config.hpp"
 #include "drivers/hardware/alsa/kind.hpp"
 #include "drivers/hardware/alsa/settings.hpp"
 #include "tests/support/devices/mock_dac.hpp"
@@ -187,6 +189,32 @@ TEST(AlsaDevicesTest, DescribesBusyOrUnknownDeviceByError) {
     expect_says(described("shaker", mock.settings.alsa_config).text, "busy");
     expect_says(nlohmann::json::parse(described("not_there", {}).json).at("error"),
                 "No such file or directory");
+}
+
+// As the kernel lists a card that PipeWire plays to and records from, and another one of somebody else.
+TEST(AlsaDevicesTest, NamesTheProgramThatHoldsACard) {
+    const std::filesystem::path folder = std::filesystem::path{testing::TempDir()} / "holders-of-cards";
+    std::filesystem::remove_all(folder);
+    const std::filesystem::path asound = folder / "asound", proc = folder / "proc";
+    const auto write = [](const std::filesystem::path& file, const std::string& text) {
+        std::filesystem::create_directories(file.parent_path());
+        std::ofstream{file} << text;
+    };
+    write(asound / "card1/pcm0p/sub0/status", "state: RUNNING\nowner_pid   : 812\ntrigger_time: 1.5\n");
+    write(asound / "card1/pcm0c/sub0/status", "closed\n");
+    write(asound / "card1/pcm0c/sub1/status", "state: RUNNING\nowner_pid   : 812\n");
+    write(asound / "card10/pcm0p/sub0/status", "state: SETUP\nowner_pid   : 77\n");
+    write(asound / "card1/pcm0p/info", "owner_pid   : 5\n");
+    write(proc / "812/comm", "pipewire\n");
+    const auto of = [&](alsa::Direction direction, int card) {
+        return alsa::holders(direction, card, asound, proc);
+    };
+    EXPECT_EQ(of(alsa::Direction::playback, 1), "pipewire (process 812)");
+    EXPECT_EQ(of(alsa::Direction::capture, 1), "pipewire (process 812)");
+    EXPECT_EQ(of(alsa::Direction::playback, 10), "a program (process 77)");
+    EXPECT_EQ(of(alsa::Direction::capture, 10), "");
+    EXPECT_EQ(of(alsa::Direction::playback, -1), "a program (process 77), pipewire (process 812)");
+    EXPECT_EQ(alsa::holders(alsa::Direction::playback, 1, folder / "none", proc), "");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "drivers/errors.hpp"
@@ -43,6 +44,39 @@ TEST(IioAccelerometerTest, ReportsPropertiesOfTheDevice) {
     EXPECT_EQ(info.offset_counts[1], 5);
     EXPECT_EQ(info.shaker_axis[1], 1);
     EXPECT_EQ(info.clock_uncertainty_s, 0.003);
+}
+
+// The z channel of the device alone, as of a sensor with one axis and no gravity in its reading.
+TEST(IioAccelerometerTest, ReadsOneAxisAlone) {
+    mock::Iiod iiod{{.mps2_per_count = {1e-5, 2e-5, 3e-5}, .offset_counts = {0, 5, -7}, .fifo = 65536}};
+    const test::PatternFeeder feeder{iiod, 4000};
+    iio::IioSettings s = settings_for(iiod);
+    s.channels = {"accel_z"};
+    s.gravity = false;
+    const auto device = open_iio_accelerometer(s);
+    const AccelerometerInfo info = device->info();
+    EXPECT_EQ(info.axes, 1);
+    EXPECT_FALSE(info.gravity);
+    EXPECT_EQ(info.mps2_per_count, (std::array<double, 3>{3e-5, 0, 0}));
+    EXPECT_EQ(info.offset_counts, (std::array<double, 3>{-7, 0, 0}));
+    EXPECT_NEAR(info.range_mps2, 3e-5 * ((1 << 19) - 8), 1e-6);
+    int read = 0;
+    std::optional<std::int32_t> last;
+    for (int waits = 0; read < 4000 && waits < 400; ++waits) {
+        AccelBlock block;
+        if (!device->read(block, milliseconds{50})) continue;
+        for (int i = 0; i < block.size; ++i, ++read) {
+            const auto& counts = block.counts[static_cast<std::size_t>(i)];
+            if (last) {  // the pattern counts down along z
+                ASSERT_EQ(counts[0], *last - 1) << "sample " << read;
+            }
+            last = counts[0];
+            ASSERT_EQ(counts[1], 0);
+            ASSERT_EQ(counts[2], 0);
+        }
+        EXPECT_FALSE(has(block.quality, Quality::clipped));
+    }
+    EXPECT_GE(read, 4000);
 }
 
 TEST(IioAccelerometerTest, NamesUnavailableSettings) {

@@ -47,6 +47,13 @@ TEST(IioSettingsTest, EveryKeyIsRead) {
     EXPECT_EQ(s.range_mps2, 19.6);
 }
 
+TEST(IioSettingsTest, OneAxisWithoutGravityLiesAlongTheShaker) {
+    const iio::IioSettings s = read("channels = ['voltage0']\ngravity = false\nhigh_pass_hz = 0.3\n");
+    EXPECT_EQ(s.channels, std::vector<std::string>{"voltage0"});
+    EXPECT_FALSE(s.gravity);
+    EXPECT_EQ(s.shaker_axis, (std::array<double, 3>{1, 0, 0}));
+}
+
 TEST(IioSettingsTest, NamesRefusedValuesWithLine) {
     const auto words = [](const std::string& text) -> std::string {
         try {
@@ -59,6 +66,11 @@ TEST(IioSettingsTest, NamesRefusedValuesWithLine) {
     EXPECT_NE(words("\nuri = 'serial:/dev/x'").find("bench.toml:2"), std::string::npos);
     EXPECT_NE(words("timeout_s = 0").find("timeout_s"), std::string::npos);
     EXPECT_NE(words("shaker_axis = [1, 1, 0]").find("length"), std::string::npos);
+    EXPECT_NE(words("channels = ['x', 'y', 'x']").find("\"x\" is given twice"), std::string::npos);
+    EXPECT_NE(words("channels = []").find("channels"), std::string::npos);
+    EXPECT_NE(words("channels = ['x']\nshaker_axis = [0, 1, 0]").find("which the sensor does not measure"),
+              std::string::npos);
+    EXPECT_NE(words("high_pass_hz = 0.3").find("gravity"), std::string::npos);
     EXPECT_NE(words("stamps = 'maybe'").find("stamps"), std::string::npos);
     EXPECT_NE(words("adress = 'x'").find("adress"), std::string::npos);
 }

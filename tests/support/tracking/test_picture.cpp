@@ -73,6 +73,27 @@ void TestPicture::disc(tracking::Point centre, double radius, double level, doub
     }
 }
 
+void TestPicture::turned(tracking::Point centre, double radius, double strength, std::uint64_t seed) {
+    constexpr int waves = 12;
+    std::mt19937_64 random{seed};
+    std::uniform_real_distribution<double> uniform{0, 1};
+    std::array<std::array<double, 2>, waves> all{};
+    for (auto& [k, phase] : all) {
+        k = 2 * std::numbers::pi / (2.5 + 6.5 * uniform(random));
+        phase = 2 * std::numbers::pi * uniform(random);
+    }
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x) {
+            const double r = std::hypot(x - centre.x, y - centre.y);
+            const double inside = gaussian_step((radius - r) / 0.8);
+            if (inside < 1e-9) continue;
+            double sum = 0;
+            for (const auto& [k, phase] : all) sum += std::cos(k * r + phase);
+            at(x, y) += inside * strength * std::sqrt(2.0 / waves) * sum;
+        }
+    }
+}
+
 void TestPicture::rectangle(double x0, double y0, double x1, double y1, double level, double blur) {
     for (int y = 0; y < height_; ++y) {
         const double rows = pixel_step(y, y0, blur) - pixel_step(y, y1, blur);

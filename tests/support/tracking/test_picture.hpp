@@ -36,6 +36,9 @@ class TestPicture {
 public:
     TestPicture(int width, int height, double level);
     void disc(tracking::Point centre, double radius, double level, double blur);
+    /// Adds what a lathe leaves on the face of a disc: rings about its centre, of rms `strength`, with
+    /// periods of 2.5 to 9 px. Same seed, same rings.
+    void turned(tracking::Point centre, double radius, double strength, std::uint64_t seed);
     /// Box from (x0, y0) to (x1, y1), edges at the given places.
     void rectangle(double x0, double y0, double x1, double y1, double level, double blur);
     /// Bars across x, half bright and half dark, one bright one centred at x; rows y0 <= y < y1.
