@@ -38,7 +38,7 @@ unsigned largest_of(const T* row, int n) {
 constexpr double clipped_share_from = 0.05;
 constexpr int beside_box = 6;                    // px around the box
 constexpr int site_rows = 8, site_columns = 64;  // that are compared with the picture before
-constexpr std::size_t levels_from = 4;           // one of so many sites shows the levels
+constexpr std::size_t levels_from = 5;           // one of so many sites shows the levels
 constexpr double bright_side = 0.15;  // of the contrast, from its ends: what is bright, what is dark
 constexpr double pairs_fade = 0.5, many_pairs = 100;
 constexpr double fewest_pairs = 20, still_from = 0.85, restless_to = 0.4, heap_from = 0.5;
@@ -119,7 +119,7 @@ void ClippingWatch::remember(const ImageView& image, const Box& box) {
     });
     sorted_.clear();
     for (std::size_t i = 0; i < codes_.size(); i += levels_from) sorted_.push_back(codes_[i]);
-    const auto end = static_cast<std::ptrdiff_t>(sorted_.size() / 100);  // hot and dead pixels are beyond it
+    const auto end = static_cast<std::ptrdiff_t>(codes_.size() / 100);  // hot and dead pixels are beyond it
     std::ranges::nth_element(sorted_, sorted_.begin() + end);
     low_ = *(sorted_.begin() + end);
     std::ranges::nth_element(sorted_, sorted_.end() - 1 - end);

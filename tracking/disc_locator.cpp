@@ -38,6 +38,8 @@ private:
     void watch(const ImageView& image, const EdgeFitResult& fit);
     bool is_target(const EdgeFitResult& fit, Candidate& out) const;
     [[nodiscard]] bool small() const noexcept { return learned_.size < 16; }
+    // px on either side of the edge that are read
+    [[nodiscard]] double rim() const noexcept { return small() ? 4.5 : 6.25; }
     bool find(const ImageView& image, const Box& box, double size, double contrast, EdgeFitResult& fit);
     double misfit_in(const ImageView& image, const Box& box, const EdgeFitResult& whole);
     // every: takes one of so many pixels.
@@ -67,8 +69,8 @@ private:
     int next_row_ = std::numeric_limits<int>::max();
 };
 
-constexpr double rim = 6.25;          // px on either side of the edge that are read
-constexpr double reach_of_rim = 5.5;  // px at which they have faded out, wherever in its pixel the centre is
+constexpr double reach_of_rim =
+    5.5;  // px at which pixels have faded out, wherever in its pixel the centre is
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double most_rim_misfit = 0.3;  // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius
@@ -193,7 +195,7 @@ int DiscLocator::block_of(double dx, double dy) const noexcept {
 
 OutlineFollower::Sites DiscLocator::sites() const {
     OutlineFollower::Sites all;
-    const double outer = learned_.size + rim, inner = small() ? 0 : learned_.size - rim;
+    const double outer = learned_.size + rim(), inner = small() ? 0 : learned_.size - rim();
     const int reach = static_cast<int>(std::ceil(outer));
     for (int y = -reach; y <= reach; ++y) {
         for (int x = -reach; x <= reach; ++x) {
@@ -208,7 +210,7 @@ OutlineFollower::Sites DiscLocator::sites() const {
 void DiscLocator::gather(const ImageView& image, Point centre, int every) {
     auto& samples = fit_.samples();
     samples.clear();
-    const double outer = learned_.size + rim, inner = small() ? 0 : learned_.size - rim;
+    const double outer = learned_.size + rim(), inner = small() ? 0 : learned_.size - rim();
     const int y0 = std::max(0, static_cast<int>(std::ceil(centre.y - outer)));
     const int y1 = std::min(image.height - 1, static_cast<int>(std::floor(centre.y + outer)));
     with_pixels(image, [&](auto pixels) {
@@ -244,7 +246,7 @@ EdgeFitResult DiscLocator::measure(const ImageView& image, Point start, double e
         const double moved = length(found - centre);
         fit.coverage *= every;
         if (fit.converged && moved < 1) return fit;
-        if (!(moved < 2 * rim) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
+        if (!(moved < 2 * rim()) || !(fit.noise < prior_.roughest * sign_ * fit.contrast)) return {};
         centre = found;
     }
     return {};
@@ -276,7 +278,7 @@ bool DiscLocator::locate(const ImageView& image, Point predicted, Candidate& out
     } else {
         follower_.pass_over();
     }
-    const auto accept = [&] { return is_target(fit, out) && length(out.at - predicted) <= reach() + rim; };
+    const auto accept = [&] { return is_target(fit, out) && length(out.at - predicted) <= reach() + rim(); };
     bool good = accept();
     if (!good) {
         ring_.scan(image, around(predicted), 0.5 * contrast_, 0.5, peaks_);
@@ -317,7 +319,7 @@ void DiscLocator::try_peaks(const ImageView& image, Sweep sweep, std::vector<Can
 }
 
 void DiscLocator::search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) {
-    fit_.slopes().assign(fit_.slopes().size(), {});  // elsewhere, the light is another
+    fit_.forget();
     const int margin = static_cast<int>(0.7 * learned_.size);
     Box box{-margin, -margin, image.width + margin, image.height + margin};
     const int rows = ring_.rows_at_a_time(box.x1 - box.x0);

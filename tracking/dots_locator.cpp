@@ -223,6 +223,7 @@ void DotsLocator::watch(const ImageView& image, const EdgeFitResult& fit) {
 }
 
 void DotsLocator::search(const ImageView& image, Point last, Sweep, std::vector<Candidate>& out) {
+    fit_.forget();
     const int half = static_cast<int>(0.5 * pitch_);
     double best = 0.35 * static_cast<double>(offsets_.size());
     Point at;

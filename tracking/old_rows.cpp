@@ -114,6 +114,7 @@ void OldRows::learn_noise(Row& row, Bytes now) {
         const Bytes before = Bytes{row.newest}.first(now.size());
         const bool noise = bytes_ == 2 ? noise_between<std::uint16_t>(before, now)
                                        : noise_between<std::uint8_t>(before, now);
+        row.quiet = !noise;
         row.noise = std::clamp(row.noise + (noise ? 1 : -0.5), 0.0, most_noise);
     }
     std::ranges::copy(now, row.newest.begin());
@@ -161,8 +162,8 @@ bool OldRows::in(const ImageView& image) {
     turn_ = (turn_ + 1) % noise_every;
     for (std::size_t i = 0; i < count; ++i) {
         Row& row = rows_[i];
-        const std::size_t turn = (i + turn_) % noise_every;  // 0: compared now; 1: in the next picture
-        if (!noisy || turn < 2)
+        const std::size_t turn = (i + turn_) % noise_every;  // 0: kept; 1: compared with that
+        if (!noisy || turn < 2 || row.quiet)
             learn_noise(row, copy_of(i));
         else
             row.kept = false;

@@ -375,6 +375,7 @@ bool RectangleLocator::locate_with_care(const ImageView& image, double start, Ca
 }
 
 void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<Candidate>& out) {
+    fit_.forget();
     load_profile(image);
     double before = 0, here = pair_score(0);
     for (int c = 0; c < std::ssize(profile_); ++c) {

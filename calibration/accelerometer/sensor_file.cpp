@@ -89,6 +89,12 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
 AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by) {
     const SensorCalibration& c = by.content;
     require_sensor(by.file.string(), c.sensor, info);
+    if (info.axes < 3 || !info.gravity)
+        throw InputError{
+            fmt::format("{}: is the calibration of three axes by gravity; {} is read with {} of them{}: "
+                        "leave the key out, or "
+                        "read all axes",
+                        by.file.string(), info.name, info.axes, info.gravity ? "" : ", without gravity")};
     for (std::size_t k = 0; k < 3; ++k) {
         const double then = c.nominal_mps2_per_count[k], now = info.mps2_per_count[k];
         if (then == 0 || std::abs(now / then - 1) < same_scale) continue;

@@ -81,6 +81,24 @@ TEST_F(SensorFileTest, RefusesASensorWithAnotherRange) {
     EXPECT_EQ(refusal(calibration_text(written), 2), "accepted");
 }
 
+TEST_F(SensorFileTest, IsNotForASensorReadWithFewerAxes) {
+    const std::string text = calibration_text(written);
+    for (const auto& [axes, gravity] : {std::pair{1, true}, {3, false}}) {
+        AccelerometerInfo info = device();
+        info.axes = axes;
+        info.gravity = gravity;
+        std::string words;
+        try {
+            static_cast<void>(calibrated(info, {"cal.toml", text, parse_calibration(text, "cal.toml")}));
+        } catch (const InputError& e) {
+            words = e.what();
+        }
+        EXPECT_NE(words.find(gravity ? "is read with 1 of them: leave" : "3 of them, without gravity: leave"),
+                  std::string::npos)
+            << words;
+    }
+}
+
 TEST_F(SensorFileTest, CalibratedReadingIsTheSpecificForce) {
     const std::string text = calibration_text(written);
     const AccelerometerInfo info =

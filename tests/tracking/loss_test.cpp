@@ -170,5 +170,30 @@ TEST(ArcsTest, AreFoundAgainInTwoPictures) {
     EXPECT_NEAR(fix.x_px, 640.3 + 120.4, 0.1);
 }
 
+// What a part of a target used to show in the light of before does not keep it lost.
+TEST(LossTest, IsFoundAgainInLightFromTheOtherSide) {
+    for (const char* name : {"disc", "dot", "arcs", "rectangle", "dots", "bars"}) {
+        const test::TrackingScene& scene = test::tracking_scene(name);
+        std::mt19937_64 random{5};
+        test::Follower follow{scene.view};
+        const double slope = 1.2;  // of the light over the width of the picture
+        double origin = 0;
+        int found_at = -1;
+        for (int i = 0; i < 110; ++i) {
+            const double shift = 0.3 * std::sin(0.3 * i);
+            test::TestPicture picture = scene.picture({shift, 0});
+            picture.light(0.8, i < 50 ? -slope : slope);
+            if (i >= 50 && i < 60) picture.cover({0, 0, picture.width(), picture.height()}, 70);
+            const Fix fix = follow(picture.expose({.noise = 3}, random));
+            if (i < 50) origin += (fix.x_px - shift) / 50;
+            if (i < 60 || !found(fix.state)) continue;
+            if (found_at < 0) found_at = i;
+            EXPECT_LT(std::abs(fix.x_px - shift - origin), 0.3) << name << ", frame " << i;
+        }
+        EXPECT_GE(found_at, 60) << name;
+        EXPECT_LE(found_at, 70) << name;
+    }
+}
+
 }  // namespace
 }  // namespace shaker::tracking

@@ -232,6 +232,11 @@ void EdgeFit::summarise(EdgeFitResult& result) const {
     result.trimmed = trimmed / std::max(whole, 1.0);
 }
 
+void EdgeFit::forget() noexcept {
+    std::ranges::fill(slopes_, KnownSlope{});
+    for (Block& b : blocks_) b.habit = {};
+}
+
 void EdgeFit::accept() {
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
         Block& b = blocks_[k];

@@ -113,6 +113,8 @@ public:
     /// Confirms that the last fit was the target. Constant disagreement between blocks (print on the target)
     /// is learned from such fits and no longer counted as error; so is the slope of the ground.
     void accept();
+    /// Forgets what accept() has learned: elsewhere, or after a loss, the light is another.
+    void forget() noexcept;
     /// One a block, learned by accept().
     [[nodiscard]] std::vector<KnownSlope>& slopes() noexcept { return slopes_; }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace shaker::tracking {
 namespace {
@@ -211,18 +212,18 @@ double OutlineBank::disagreement(std::size_t place, const Eigen::Vector3d& chang
     return count > 6 ? std::max(1.0, squares / (count - 4)) : 1;
 }
 
-// variance: of the grey levels of the other blocks, with the outline at its place.
-void OutlineBank::learn_common(const Eigen::Vector3d& change, std::size_t place, double variance) {
+// What the means show, over independent noise. variance: of the other blocks' grey levels, with the outline
+// at its place. 0: not known.
+double OutlineBank::common_of(const Eigen::Vector3d& change, std::size_t place, double variance) const {
     double squares = 0, freedom = 0;
     for (std::size_t b = seen_.size() - static_cast<std::size_t>(shape_.means); b < seen_.size(); ++b) {
         if (!seen_[b].used) continue;
         squares += seen_[b].variance * seen_[b].freedom - explained_by(change, place, b);
         freedom += seen_[b].freedom;
     }
-    if (!(freedom > 0)) return;
+    if (!(freedom > 0)) return 0;
     const double blocks_a_mean = static_cast<double>(seen_.size()) / shape_.means - 1;
-    common_frames_ = std::min(common_frames_ + 1, BlockHabit::longest_memory);
-    common_ += (blocks_a_mean * squares / (freedom * variance) - common_) / common_frames_;
+    return blocks_a_mean * std::clamp(squares / (freedom * variance), 0.0, 1.0);
 }
 
 void OutlineBank::accept(std::span<KnownSlope> slopes) {
@@ -234,6 +235,10 @@ void OutlineBank::accept(std::span<KnownSlope> slopes) {
         }
         if (plane()) slopes[b].learn(s.slope);
         s.habit.learn(s.off, s.gain / contrast_);
+    }
+    if (newest_common_ > 0) {
+        common_frames_ = std::min(common_frames_ + 1, BlockHabit::longest_memory);
+        common_ += (std::exchange(newest_common_, 0) - common_) / common_frames_;
     }
     learn_ahead();
 }
@@ -285,25 +290,26 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<co
         const std::size_t place = place_ =
             static_cast<std::size_t>(phase(at.y - y) * phases + phase(at.x - x));
         const Point offset = offset_at(place);
-        const bool thinned = count == 0 && ranges_.size() >= many;
+        const bool thinned = count == 0 && ranges_.size() - static_cast<std::size_t>(shape_.means) >= many;
         Step step = step_at(image, place, x, y, thinned);
         if (!(step.freedom > 4)) {
             if (thinned) continue;
             return {};
         }
-        const Eigen::Vector3d& change = step.change;
-        if (!change.allFinite()) return {};
-        if (!thinned && std::abs(change[0]) <= 0.75 / phases && std::abs(change[1]) <= 0.75 / phases) {
-            if (plane() && tilted(place, change)) return {};
+        if (!step.change.allFinite()) return {};
+        Eigen::Vector2d change = step.change.head<2>() / response_;
+        if (!thinned && change.cwiseAbs().maxCoeff() <= 0.75 / phases) {
+            if (plane() && tilted(place, step.change)) return {};
             if (exclude_strangers(place, step)) step = sums_at(place, step.looked);
+            if (!(step.freedom > 4 && step.change.allFinite())) return {};
+            change_ = step.change;
+            change = change_.head<2>() / response_;
             EdgeFitResult result = summed(step);
-            change_ = change;
-            result.outline = {x + offset.x + change[0] / response_,
-                              shape_.straight ? start.y : y + offset.y + change[1] / response_,
-                              shape_.size + change[2], shape_.blur};
+            result.outline = {x + offset.x + change[0], shape_.straight ? start.y : y + offset.y + change[1],
+                              shape_.size + change_[2], shape_.blur};
             return result;
         }
-        const double far = std::hypot(change[0], change[1]);
+        const double far = change.norm();
         const double share = std::min(1.0, farthest_step / std::max(far, 1e-12));
         at = {x + offset.x + share * change[0], shape_.straight ? start.y : y + offset.y + share * change[1]};
         if (length(at - start) > farthest) return {};
@@ -318,7 +324,9 @@ EdgeFitResult OutlineBank::summed(const Step& step) {
     for (std::size_t b = 0; b < seen_.size(); ++b)
         if (!plane() && seen_[b].used && !is_mean(b)) squares -= explained_by(step.change, place_, b);
     const double variance = std::max(squares / step.freedom, least_variance);
-    learn_common(step.change, place_, variance);
+    // Not where something is in front of a block, which is in the mean, too.
+    whole_ = step.used == step.looked;
+    newest_common_ = whole_ ? common_of(step.change, place_, variance) : 0;
     EdgeFitResult result;
     result.converged = true;
     result.covariance = common() * disagreement(place_, step.change, variance) *
@@ -333,14 +341,15 @@ EdgeFitResult OutlineBank::summed(const Step& step) {
 }
 
 void OutlineBank::learn_response(const ImageView& image, std::span<const KnownSlope> slopes) {
-    constexpr double least = 0.5, most = 2;
-    slopes_ = slopes;
-    const Eigen::Vector3d before = change_;
+    constexpr double least = 0.7, most = 1.4;
     const std::size_t beside = place_ % phases + 1 < phases ? place_ + 1 : place_ - 1;
+    for (std::size_t b = 0; b < ranges_.size(); ++b)
+        if (!whole_ || !block_at(beside, b).known) return;  // weights are computed elsewhere
+    slopes_ = slopes;
     const double apart = offset_at(beside).x - offset_at(place_).x;
     const Step step = step_at(image, beside, x_, y_, false);
-    const double response = (before[0] - step.change[0]) / apart;
-    if (!(step.freedom > 4 && response > least && response < most)) return;
+    const double response = (change_[0] - step.change[0]) / apart;
+    if (!(step.used == step.looked && response > least && response < most)) return;
     response_frames_ = std::min(response_frames_ + 1, BlockHabit::longest_memory);
     response_ += (response - response_) / response_frames_;
 }

@@ -139,7 +139,7 @@ private:
     }
     void choose_blocks();
     double disagreement(std::size_t place, const Eigen::Vector3d& change, double variance);
-    void learn_common(const Eigen::Vector3d& change, std::size_t place, double variance);
+    [[nodiscard]] double common_of(const Eigen::Vector3d& change, std::size_t place, double variance) const;
     double median_of(double Seen::*member);
 
     Shape shape_;
@@ -163,11 +163,13 @@ private:
     Eigen::Matrix<double, Eigen::Dynamic, 7> faded_;  // the same by the weights of the sites
     double contrast_ = 0;
     double common_ = 1, common_frames_ = 0;
+    double newest_common_ = 0;                   // of the newest fit; 0: not known
     double response_ = 1, response_frames_ = 0;  // of a step, over the true one
     // Of the newest step: its place, and of the last one of a fit the change that it asked for.
     int x_ = 0, y_ = 0;
     std::size_t place_ = 0;
     Eigen::Vector3d change_ = Eigen::Vector3d::Zero();
+    bool whole_ = false;                       // all blocks that were looked at are in it
     std::size_t ahead_ = 0, first_ahead_ = 0;  // blocks that learn_ahead() has passed, from this place on
 };
 

@@ -80,6 +80,7 @@ void OutlineBank::resize(double size, double blur) noexcept {
     shape_.blur = blur;
     for (Block& b : blocks_) b.known = false;
     ahead_ = 0;
+    response_frames_ = std::min(response_frames_, 2.0);  // another blur has another one
 }
 
 Point OutlineBank::offset_at(std::size_t place) noexcept {
@@ -167,10 +168,12 @@ void OutlineBank::learn(std::size_t place, std::size_t b) {
 
 // A picture in which all weights were missing would take several times as long as others.
 void OutlineBank::learn_ahead() {
-    if (ahead_ == 0) first_ahead_ = place_ / phases * phases;
+    if (ahead_ == 0) first_ahead_ = place_;
     for (int sites = 0; ahead_ < blocks_.size() && sites < sites_ahead; ++ahead_) {
         const std::size_t b = ahead_ % ranges_.size();
-        const std::size_t place = (first_ahead_ + ahead_ / ranges_.size()) % (phases * phases);
+        const std::size_t n = ahead_ / ranges_.size();  // along the row first, from the place on
+        const std::size_t row = (first_ahead_ / phases + n / phases) % phases;
+        const std::size_t place = row * phases + (first_ahead_ + n) % phases;
         if (learn(place, b)) sites += ranges_[b].end - ranges_[b].begin;
     }
 }

@@ -55,8 +55,10 @@ Config merged(const std::filesystem::path& file) {
 int card_of(const std::string& name) {
     const std::size_t colon = name.find(':');
     if (colon == std::string::npos) return -1;
-    std::string card = name.substr(colon + 1, name.find(',') - colon - 1);
-    if (card.starts_with("CARD=")) card.erase(0, 5);
+    constexpr std::string_view key = "CARD=";
+    const std::size_t named = name.find(key, colon);
+    std::string card = name.substr(named == std::string::npos ? colon + 1 : named + key.size());
+    card = card.substr(0, card.find(','));
     return snd_card_get_index(card.c_str());
 }
 
@@ -101,11 +103,13 @@ AlsaHandle open_alsa(Direction direction, const std::string& name, const std::fi
                        : snd_pcm_open(&pcm, name.c_str(), stream, mode);
     }
     const std::string who = error == -EBUSY ? holders(direction, card_of(name)) : std::string{};
-    check(error, "ALSA device " + name + ": cannot be opened" +
-                     (who.empty() ? ""
-                                  : "; it is held by " + who +
-                                        ": end that program, or take the card out of its hands (WIRING.md, "
-                                        "\"A sound server\")"));
+    const std::string held =
+        who.empty() ? ""
+                    : fmt::format(
+                          "; {} held by {}: end that program, or take the card out of its hands (WIRING.md, "
+                          "\"A sound server\")",
+                          card_of(name) < 0 ? "sound cards are" : "its card is", who);
+    check(error, "ALSA device " + name + ": cannot be opened" + held);
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};
 }
 
