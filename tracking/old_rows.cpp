@@ -15,7 +15,7 @@ constexpr double noisy_from = 8, most_noise = 16;  // pictures
 constexpr double noisy_share = 0.75;               // of the rows
 
 constexpr std::size_t pieces = 3;  // of a long row, that are looked at
-constexpr int noise_every = 4;     // pictures, in which a row is looked at for noise once it is known
+constexpr int noise_every = 4;     // pictures, in which a row is looked at for noise that is well known
 
 using Bytes = std::span<const std::byte>;
 
@@ -114,7 +114,6 @@ void OldRows::learn_noise(Row& row, Bytes now) {
         const Bytes before = Bytes{row.newest}.first(now.size());
         const bool noise = bytes_ == 2 ? noise_between<std::uint16_t>(before, now)
                                        : noise_between<std::uint8_t>(before, now);
-        row.quiet = !noise;
         row.noise = std::clamp(row.noise + (noise ? 1 : -0.5), 0.0, most_noise);
     }
     std::ranges::copy(now, row.newest.begin());
@@ -163,7 +162,7 @@ bool OldRows::in(const ImageView& image) {
     for (std::size_t i = 0; i < count; ++i) {
         Row& row = rows_[i];
         const std::size_t turn = (i + turn_) % noise_every;  // 0: kept; 1: compared with that
-        if (!noisy || turn < 2 || row.quiet)
+        if (!noisy || turn < 2 || row.noise < most_noise)
             learn_noise(row, copy_of(i));
         else
             row.kept = false;

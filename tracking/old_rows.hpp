@@ -28,7 +28,6 @@ private:
     struct Row {
         std::array<std::byte, row_bytes> newest{};  // what is looked at of the row, in the newest picture,
         bool kept = false;                          // if it was kept
-        bool quiet = false;                         // without noise at the last look: looked at again
         std::array<std::uint64_t, remembered> sums{};
         bool flat = true;  // in the newest picture, if that is equal to an earlier one
         double noise = 0;  // grows with each look that finds noise in the row, else falls by half of that
