@@ -69,8 +69,7 @@ private:
     int next_row_ = std::numeric_limits<int>::max();
 };
 
-constexpr double reach_of_rim =
-    5.5;  // px at which pixels have faded out, wherever in its pixel the centre is
+constexpr double reach_of_rim = 5.5;  // px at which pixels have faded out, wherever the centre is in its own
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double most_rim_misfit = 0.3;  // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius

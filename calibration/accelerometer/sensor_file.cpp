@@ -92,8 +92,7 @@ AccelerometerInfo calibrated(AccelerometerInfo info, const CalibrationFile& by) 
     if (info.axes < 3 || !info.gravity)
         throw InputError{
             fmt::format("{}: is the calibration of three axes by gravity; {} is read with {} of them{}: "
-                        "leave the key out, or "
-                        "read all axes",
+                        "remove the key `calibration`",
                         by.file.string(), info.name, info.axes, info.gravity ? "" : ", without gravity")};
     for (std::size_t k = 0; k < 3; ++k) {
         const double then = c.nominal_mps2_per_count[k], now = info.mps2_per_count[k];

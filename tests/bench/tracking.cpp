@@ -15,6 +15,7 @@
 
 #include "tests/bench/table.hpp"
 #include "tests/support/cost.hpp"
+#include "tests/support/rms.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/tracking/building_swing.hpp"
 #include "tests/support/tracking/grey_movie.hpp"
@@ -23,6 +24,8 @@
 
 namespace shaker {
 namespace {
+
+using test::rms_about_mean;
 
 constexpr int frames = 100, first_pictures = 3000;
 constexpr double noise = 3;
@@ -69,13 +72,6 @@ Result measure(const Movie& movie, Locate locate) {
         }
     }
     return result;
-}
-
-double rms_about_mean(const std::vector<double>& v) {
-    double mean = 0, sum = 0;
-    for (const double x : v) mean += x / static_cast<double>(v.size());
-    for (const double x : v) sum += (x - mean) * (x - mean);
-    return std::sqrt(sum / static_cast<double>(v.size()));
 }
 
 double median(std::vector<double> v) {

@@ -93,8 +93,9 @@ TEST_F(SensorFileTest, IsNotForASensorReadWithFewerAxes) {
         } catch (const InputError& e) {
             words = e.what();
         }
-        EXPECT_NE(words.find(gravity ? "is read with 1 of them: leave" : "3 of them, without gravity: leave"),
-                  std::string::npos)
+        EXPECT_NE(
+            words.find(gravity ? "is read with 1 of them: remove" : "3 of them, without gravity: remove"),
+            std::string::npos)
             << words;
     }
 }

@@ -5,19 +5,13 @@
 #include <cmath>
 
 #include "tests/support/no_alloc.hpp"
+#include "tests/support/rms.hpp"
 #include "tests/support/tracking/tracking_scene.hpp"
 
 namespace shaker::tracking {
 namespace {
 
-using test::Exposure, test::Follower, test::TestPicture, test::TrackingScene;
-
-double rms_about_mean(const std::vector<double>& v) {
-    double mean = 0, sum = 0;
-    for (const double x : v) mean += x / static_cast<double>(v.size());
-    for (const double x : v) sum += (x - mean) * (x - mean);
-    return std::sqrt(sum / static_cast<double>(v.size()));
-}
+using test::Exposure, test::Follower, test::rms_about_mean, test::TestPicture, test::TrackingScene;
 
 class EveryKindTest : public testing::TestWithParam<std::string> {
 protected:

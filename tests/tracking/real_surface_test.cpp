@@ -11,19 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rms.hpp"
 #include "tests/support/tracking/tracking_scene.hpp"
 
 namespace shaker::tracking {
 namespace {
 
-using test::Follower, test::Look, test::Shot, test::TestPicture, test::TrackingScene;
-
-double rms_about_mean(const std::vector<double>& v) {
-    double mean = 0, sum = 0;
-    for (const double x : v) mean += x / static_cast<double>(v.size());
-    for (const double x : v) sum += (x - mean) * (x - mean);
-    return std::sqrt(sum / static_cast<double>(v.size()));
-}
+using test::Follower, test::Look, test::rms_about_mean, test::Shot, test::TestPicture, test::TrackingScene;
 
 // A disc with rings of 2 grey levels, or with a bevel 4 px wide, 25 grey levels darker than its face.
 TrackingScene disc(double radius, bool marks, bool bevel) {
@@ -171,7 +165,6 @@ std::vector<Camera> cameras() {
              each(p, [&](double v, int x, int y) { return v * static_cast<double>(share(y, x)); });
          },
          true}};
-    ;
 }
 
 // A clamp beside an eighth of an edge: that group drops out, and what the groups have in common is not

@@ -10,6 +10,7 @@
 
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/rms.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace shaker::commands {
@@ -18,6 +19,7 @@ namespace {
 using nlohmann::json;
 using test::fresh_folder;
 using test::Outcome;
+using test::rms_about_mean;
 using test::shakerd;
 
 const std::string sessions = test::source_dir() + "/tests/drivers/footage/sessions/";
@@ -48,13 +50,6 @@ Tracks read_tracks(const std::filesystem::path& csv) {
         tracks[f[0] + " " + f[3]].push_back(r);
     }
     return tracks;
-}
-
-double rms_about_mean(const std::vector<double>& x) {
-    double mean = 0, squares = 0;
-    for (const double v : x) mean += v / static_cast<double>(x.size());
-    for (const double v : x) squares += (v - mean) * (v - mean);
-    return std::sqrt(squares / static_cast<double>(x.size()));
 }
 
 // A session written by "shakerd example", which needs no shared data.
