@@ -39,7 +39,7 @@ LearnedMu::LearnedMu(double planned, double g, int settle_at_most)
 
 void LearnedMu::add(const Drive& drive, const calibration::Estimate& v_D) {
     if (!std::isfinite(v_D.value) || !std::isfinite(v_D.sigma)) return;
-    points_.push_back({drive, v_D});
+    points_.push_back({drive, {}, {}, v_D});
     count(points_.back());
     const double prior = 1 / (planned_share * planned_ * planned_share * planned_);
     const double step = (pull_ + prior * (planned_ - mu_)) / (information_ + prior);
@@ -47,13 +47,28 @@ void LearnedMu::add(const Drive& drive, const calibration::Estimate& v_D) {
         move_to(mu_ + std::clamp(step, -most_change * mu_, most_change * mu_));
 }
 
-void LearnedMu::count(const Measured& point) {
-    const Walk& here = at_mu_.at(point.drive);
-    const Walk& above = above_.at(point.drive);
+Walk LearnedMu::walk(const Drive& drive) {
+    Walk walk = at_mu_.at(drive);
+    const auto measured = run::measured_walk(drive, points_);
+    if (!measured) return walk;
+    walk.v_D = measured->v_D.value;
+    if (!walk.why.empty()) walk = {walk.v_D, settle_at_most_};
+    return walk;
+}
+
+run::PredictedWalk LearnedMu::prediction(const Drive& drive) {
+    if (auto measured = run::measured_walk(drive, points_)) return *measured;
+    return {{at_mu_.at(drive).v_D, run::unknown_error(drive)},
+            fmt::format("Coulomb's law with mu {:.4g}", mu_)};
+}
+
+void LearnedMu::count(const reduction::DrivenPoint& point) {
+    const Walk& here = at_mu_.at(point.asked);
+    const Walk& above = above_.at(point.asked);
     if (!here.why.empty() || !above.why.empty()) return;
     const double slope = (above.v_D - here.v_D) / (difference * mu_);
     const double error =
-        std::hypot(point.v_D.sigma, law_share * walker::v_rms(harmonics(point.drive), point.drive.frequency));
+        std::hypot(point.v_D.sigma, law_share * walker::v_rms(harmonics(point.asked), point.asked.frequency));
     information_ += slope * slope / (error * error);
     pull_ += slope * (point.v_D.value - here.v_D) / (error * error);
 }
@@ -63,7 +78,7 @@ void LearnedMu::move_to(double mu) {
     at_mu_ = WalkPredictor{mu, g_, settle_at_most_};
     above_ = WalkPredictor{mu * (1 + difference), g_, settle_at_most_};
     information_ = pull_ = 0;
-    for (const Measured& point : points_) count(point);
+    for (const reduction::DrivenPoint& point : points_) count(point);
 }
 
 MuChoice::MuChoice(double target, double planned, double g)
@@ -109,7 +124,7 @@ void MuChoice::fit(bool partners) {
     if (!std::exchange(changed_, false)) return;
     const double mu_error = planned_share * planned_;
     known_ = {.mu = 1 / (mu_error * mu_error), .tilt = 1 / (level * level)};
-    reached_ = false;
+    reached_ = refused_ = false;
     const law::CoulombFit found =
         law::fit_coulomb(passes_, {.g = law_.g, .start_mu = std::isfinite(mu_error_) ? law_.mu : NAN});
     why_ = found.known() && partners && !std::isfinite(found.tilt.value) ? found.tilt.note : found.mu.note;
@@ -127,8 +142,10 @@ void MuChoice::fit(bool partners) {
     law_.mu = found.mu.value;
     law_.tilt = found.law.tilt;
     const double spread = found.mu.freedom > 0 ? found.mu.chi2 / found.mu.freedom : 1;
-    mu_error_ = found.mu.error * std::sqrt(std::max(1.0, spread));
-    reached_ = mu_error_ <= target_ * law_.mu && (!partners || std::isfinite(found.tilt.value));
+    mu_error_ = found.mu.refused ? NAN : found.mu.error * std::sqrt(std::max(1.0, spread));
+    const bool both = !partners || std::isfinite(found.tilt.value);
+    reached_ = mu_error_ <= target_ * law_.mu && both;
+    refused_ = found.mu.refused && found.mu.error <= target_ * law_.mu && both;
 }
 
 std::size_t MuChoice::next(const std::vector<Point>& points, const std::vector<bool>& over,
@@ -139,7 +156,7 @@ std::size_t MuChoice::next(const std::vector<Point>& points, const std::vector<b
             !over[i] && partner != 0 && over[index_of(points, partner)])
             return i;
     fit(std::ranges::any_of(points, [](const Point& p) { return p.partner != 0; }));
-    if (reached_) return points.size();
+    if (reached_ || refused_) return points.size();
     std::size_t best = points.size();
     double most = -1;
     for (std::size_t i = 0; i < points.size(); ++i) {

@@ -11,12 +11,14 @@
 #include "daemon/campaign/plan.hpp"
 #include "daemon/campaign/travel.hpp"
 #include "daemon/law/coulomb_fit.hpp"
+#include "daemon/run/walk_prediction.hpp"
 
 namespace shaker::campaign {
 
 /// For predictions only: mu is fitted to v_D at the asked drives by the exact Coulomb law, where each point
 /// may miss the law by half a percent of the base's rms velocity, and the mu of the plan counts as known to
-/// 20 %. Thread safety: one thread.
+/// 20 %. At a drive that was measured, or its mirror image, the walk is the measured one, whatever the law.
+/// Thread safety: one thread.
 class LearnedMu {
 public:
     /// g in m/s^2.
@@ -24,24 +26,22 @@ public:
 
     /// A measured point.
     void add(const Drive& drive, const calibration::Estimate& v_D);
-    /// The walk at the present mu.
-    const Walk& walk(const Drive& drive) { return at_mu_.at(drive); }
+    /// The walk as measured, else at the present mu.
+    Walk walk(const Drive& drive);
+    /// The same with its error and its source.
+    run::PredictedWalk prediction(const Drive& drive);
     /// The mu of the predictions. It follows the points in steps of at least 1 %.
     [[nodiscard]] double value() const noexcept { return mu_; }
 
 private:
-    struct Measured {
-        Drive drive;
-        calibration::Estimate v_D;
-    };
-    void count(const Measured& point);
+    void count(const reduction::DrivenPoint& point);
     void move_to(double mu);
 
     double planned_, g_;
     int settle_at_most_;
     double mu_;
     WalkPredictor at_mu_, above_;  // the second for the derivative
-    std::vector<Measured> points_;
+    std::vector<reduction::DrivenPoint> points_;
     double information_ = 0, pull_ = 0;  // of the points, about mu_
 };
 
@@ -65,7 +65,8 @@ public:
     /// is known. A series of mirror partners is needed for the tilt; where the plan has partners, mu is not
     /// known before the tilt.
     std::size_t next(const std::vector<Point>& points, const std::vector<bool>& over, const Cost& cost);
-    /// The target is reached.
+    /// The target is reached. Never where the passes refuse Coulomb's law: no mu of it is known then, and
+    /// next() ends the campaign where the target would have been reached.
     [[nodiscard]] bool reached() const noexcept { return reached_; }
     /// "mu 0.11302 +- 0.00018 (0.16 %, target 0.2 %) from 6 passes", or why mu is not known.
     [[nodiscard]] std::string sentence() const;
@@ -93,7 +94,8 @@ private:
     double noise_ = 1e-5;             // error of v_D of one period, m/s sqrt(period)
     double base_share_ = 0;           // error of the law by the measured base, of gamma/omega
     bool changed_ = true, reached_ = false;
-    std::string why_;  // mu is not known
+    bool refused_ = false;  // Coulomb's law, by passes that would have been enough
+    std::string why_;       // mu is not known
 };
 
 }  // namespace shaker::campaign

@@ -13,7 +13,6 @@ namespace {
 
 constexpr int most_tries = 2;                // of a point
 constexpr int most_returns = 3;              // without a pass between them
-constexpr double unknown_share = 0.05;       // of the base's rms velocity, error of a predicted walk
 constexpr double identification_way = 0.01;  // m, that a walker may walk while the response is identified
 constexpr double near_share = 0.4;           // of the whole way, in a narrow view
 
@@ -60,8 +59,8 @@ double Engine::cost_s(std::span<const Point* const> points) {
     double place = seen ? (way_[0] - way_[1]) / 2 : 0, cost = 0;
     for (const Point* p : points) {
         const double frequency = p->asked.drive.frequency;
-        const Walk& walk = walks_.walk(p->asked.drive);
-        const Walk& back = walks_.walk(returns_by_.at(walk.v_D < 0 ? 1 : -1, frequency));
+        const Walk walk = walks_.walk(p->asked.drive);
+        const Walk back = walks_.walk(returns_by_.at(walk.v_D < 0 ? 1 : -1, frequency));
         const double free_way = way_[0] + way_[1] - kept_way(walk, back, settings_.timing, frequency);
         const Travel t = travel(p->asked, walk, settings_.timing, free_way);
         if (!t.fits()) return INFINITY;
@@ -150,9 +149,9 @@ Action Engine::choose(const Seen& seen) {
             end_point(Outcome::measured, missed_precision());
             continue;
         }
-        const Walk& walk = walks_.walk(p.asked.drive);
+        const Walk walk = walks_.walk(p.asked.drive);
         const double frequency = p.asked.drive.frequency;
-        const Walk& back = walks_.walk(returns_by_.at(walk.v_D < 0 ? 1 : -1, frequency));
+        const Walk back = walks_.walk(returns_by_.at(walk.v_D < 0 ? 1 : -1, frequency));
         const double kept = kept_way(walk, Walk{}, settings_.timing, frequency);
         const double ahead = seen.way[side(walk.v_D)] - kept;
         // A return ends a period of its own walk before the other edge.
@@ -212,7 +211,7 @@ void Engine::begin_point(const Point& point) {
 // The walker has to have `target` of way ahead of it (m), in the direction of v_D.
 Action Engine::lead_back(const Seen& seen, double v_D, double target) {
     const Drive back = returns_by_.at(v_D < 0 ? 1 : -1, frequency_);
-    const Walk& walk = walks_.walk(back);
+    const Walk walk = walks_.walk(back);
     if (!walk.why.empty() || walk.v_D * v_D >= 0) {
         fail("no drive is known that leads the walker back");
         return seen.state == run::RunState::run ? halt({}) : Action{};
@@ -248,7 +247,7 @@ Action Engine::watch_return(const Seen& seen) {
 }
 
 Action Engine::watch_pass(const Seen& seen) {
-    const Walk& walk = walks_.walk(points_[at_].asked.drive);
+    const Walk walk = walks_.walk(points_[at_].asked.drive);
     const double step = std::abs(walk.v_D) / frequency_;
     const std::size_t ahead = side(walk.v_D);
     if (seen.holding) {
@@ -365,11 +364,6 @@ std::string Engine::missed_precision() const {
         "the error of v_D is {:.3g} mm/s after {} periods, the most that the plan allows; "
         "{:.3g} mm/s was asked",
         1e3 * reached, measured_, 1e3 * asked);
-}
-
-run::PredictedWalk Engine::walk(const Drive& drive) {
-    return {{walks_.walk(drive).v_D, unknown_share * walker::v_rms(harmonics(drive), drive.frequency)},
-            fmt::format("Coulomb's law with mu {:.4g}", walks_.value())};
 }
 
 void Engine::end_point(Outcome outcome, std::string reason) {

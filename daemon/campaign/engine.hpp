@@ -111,7 +111,7 @@ public:
     /// "measuring", "returning", ...
     [[nodiscard]] std::string doing() const;
     /// The walk that is predicted for a drive.
-    [[nodiscard]] run::PredictedWalk walk(const Drive& drive);
+    [[nodiscard]] run::PredictedWalk walk(const Drive& drive) { return walks_.prediction(drive); }
     /// With a target for mu: what is known of it, and how far that is from the target. Empty without one.
     [[nodiscard]] std::string known_mu() const { return choice_ ? choice_->sentence() : std::string{}; }
     /// The mu of the predictions.

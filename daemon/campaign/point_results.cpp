@@ -10,11 +10,11 @@
 
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/combined_passes.hpp"
+#include "daemon/campaign/run_points.hpp"
 #include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
-#include "drivers/settings_table.hpp"
 #include "drivers/with_error.hpp"
 
 namespace shaker::campaign {
@@ -43,12 +43,6 @@ struct Recorded {
     std::string missing;
     double gravity = NAN;  // m/s^2; NaN: without a recording
 };
-
-/// By the rig file, or the scene of a simulated bench.
-double gravity_in(const recorded::RecordingReader& file) {
-    const std::string name = file.file().filename().string() + ": rig_text";
-    return SettingsTable::from_text(file.header().rig, name).number("gravity_mps2", {0.1, 100}, paper_g);
-}
 
 Recorded results_of(const std::filesystem::path& folder, const std::string& name, Source source,
                     std::vector<std::string>& remarks) {
@@ -234,8 +228,6 @@ std::map<std::string, Recorded> recordings_of(const std::filesystem::path& folde
     return recordings;
 }
 
-constexpr double views = 2;  // at most; the number of cameras is not in the table
-
 law::Point with_numbers(const PointRow& row, int campaign) {
     law::Point p;
     p.number = row.point;
@@ -254,7 +246,7 @@ law::Point with_numbers(const PointRow& row, int campaign) {
     p.time_s = recording::seconds_of(row.time);
     p.doubt = row.doubt;
     p.periods = static_cast<int>(std::lround(row.periods));
-    if (row.periods > 0) p.phases_per_period = row.frames / row.periods / views;
+    if (row.periods > 0) p.phases_per_period = row.frames / row.periods / law::most_views;
     return p;
 }
 
@@ -350,6 +342,7 @@ std::vector<law::Point> law_points(const PointsTable& table, int campaign) {
     for (const PointPhase& c : table.cycle) {
         law::Point* p = point(c.point);
         if (p == nullptr || !std::isfinite(c.v_mps)) continue;
+        if (table.smoothed) p->kink_frames = 4.5;  // a quartic over 7 frames, and interpolation
         p->cycle.phase.push_back(c.phase);
         p->cycle.x_m.push_back(c.x_m);
         p->cycle.x_sd_m.push_back(c.x_sd_m);

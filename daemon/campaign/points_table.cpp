@@ -28,7 +28,7 @@ using recording::columns::value;
 using reduction::MeasuredHarmonic;
 using reduction::StickInterval;
 
-constexpr int schema_version = 1;
+constexpr int schema_version = 2;  // of 1, v of a cycle may be smoothed across kinks
 constexpr const char* kind = "campaign";
 constexpr const char* gravity_name = "gravity_mps2";
 constexpr const char* of_which = "number of the point";
@@ -323,7 +323,8 @@ bool has_points(const std::filesystem::path& file) try {
 PointsTable read_points(const std::filesystem::path& file) try {
     h5::Handle opened;
     const h5::Handle entry = entry_of(file, opened);
-    if (const double schema = h5::read_attribute(entry.get(), "process", "schema"); schema > schema_version)
+    const double schema = h5::read_attribute(entry.get(), "process", "schema");
+    if (schema > schema_version)
         throw InputError{
             fmt::format("layout version {} is newer than this program, which reads versions up to {}", schema,
                         schema_version)};
@@ -333,6 +334,7 @@ PointsTable read_points(const std::filesystem::path& file) try {
     if (!(table.gravity > 0 && std::isfinite(table.gravity)))
         throw InputError{
             fmt::format("process/{} is {}; expected m/s^2 above 0", gravity_name, table.gravity)};
+    table.smoothed = schema < 2;
     table.before_corners = !h5::exists(entry.get(), "points/corner");
     each_table(table, [&](const auto& columns, auto& rows, std::size_t across) {
         rows = recording::read_rows(StoredColumns{entry.get(), across}, columns);

@@ -69,6 +69,7 @@ struct PointsTable {
     std::vector<PointPhase> cycle;         // cycle_phases rows for each point
     std::vector<PointStick> stick;
     std::vector<PointPass> passes;  // that count
+    bool smoothed = false;          // of a file of version 1, whose v may be smoothed across kinks
     bool before_corners = false;    // of a file without the columns `corner`, whose doubts have other words
 };
 

@@ -7,6 +7,7 @@
 
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/point_results.hpp"
+#include "daemon/campaign/run_points.hpp"
 #include "daemon/commands/table.hpp"
 #include "daemon/law/verdict.hpp"
 #include "daemon/manual/values.hpp"
@@ -22,7 +23,9 @@ using manual::Kind;
 
 constexpr std::array mu_arguments{
     Argument{.name = "CAMPAIGN",
-             .help = "Folder of a campaign, or its points table campaign.nxs; several are fitted together",
+             .help =
+                 "Folder of a campaign, its points table campaign.nxs, or a recording; several are fitted "
+                 "together",
              .kind = Kind::file,
              .many = true},
     manual::quantity_option("--gravity", "ACCELERATION", Dimension::acceleration, {0.1, 100},
@@ -45,27 +48,33 @@ int act_with(TextOf text_of, const manual::Values& values) {
     });
 }
 
-law::Findings findings_of(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options) {
-    std::vector<law::Point> points;
-    double place = NAN;  // gravity of the campaigns so far
-    for (std::size_t i = 0; i < campaigns.size(); ++i) {
-        const std::filesystem::path file = points_file(campaigns[i]);
-        if (!campaign::has_points(file))
-            throw InputError{
-                fmt::format("{}: expected the folder of a campaign or its points table campaign.nxs",
-                            campaigns[i].string())};
-        const campaign::PointsTable table = campaign::read_points(file);
-        if (std::isnan(options.gravity) && std::isfinite(place) && table.gravity != place)
+// Recordings stand together as one more campaign.
+law::Findings findings_of(const std::vector<std::filesystem::path>& paths, const MuOptions& options) {
+    std::vector<law::Point> points, runs;
+    int campaigns = 0;
+    double place = NAN;  // gravity of those so far
+    for (const std::filesystem::path& path : paths) {
+        const std::filesystem::path file = points_file(path);
+        double gravity = NAN;
+        if (campaign::has_points(file)) {
+            const campaign::PointsTable table = campaign::read_points(file);
+            gravity = table.gravity;
+            std::vector<law::Point> own = campaign::law_points(table, campaigns++);
+            if (own.empty())
+                throw InputError{fmt::format("{}: the campaign has no measured point", path.string())};
+            points.insert(points.end(), std::make_move_iterator(own.begin()),
+                          std::make_move_iterator(own.end()));
+        } else {
+            gravity = campaign::add_recording(file, runs);
+        }
+        if (std::isnan(options.gravity) && std::isfinite(place) && gravity != place)
             throw InputError{fmt::format(
-                "{}: gravity is {} m/s^2, {} m/s^2 in the campaign before; fit them apart, or give "
-                "--gravity",
-                campaigns[i].string(), table.gravity, place)};
-        place = table.gravity;
-        std::vector<law::Point> own = campaign::law_points(table, static_cast<int>(i));
-        if (own.empty())
-            throw InputError{fmt::format("{}: the campaign has no measured point", campaigns[i].string())};
-        points.insert(points.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
+                "{}: gravity is {} m/s^2, {} m/s^2 in the one before; fit them apart, or give --gravity",
+                path.string(), gravity, place)};
+        place = gravity;
     }
+    for (law::Point& p : runs) p.campaign = campaigns;
+    points.insert(points.end(), std::make_move_iterator(runs.begin()), std::make_move_iterator(runs.end()));
     return law::analyse(std::move(points), {.g = std::isnan(options.gravity) ? place : options.gravity,
                                             .free_tilt = options.free_tilt});
 }
@@ -94,7 +103,11 @@ std::string law_text(const std::vector<std::filesystem::path>& campaigns, const 
                      bool json) {
     const law::Findings findings = findings_of(campaigns, options);
     const law::Verdict verdict = judge(findings, options.free_tilt);
-    if (json) return verdict_json(verdict).dump(2) + "\n";
+    if (json) {
+        nlohmann::ordered_json j = verdict_json(verdict);
+        j["friction"] = friction_json(findings.friction);
+        return j.dump(2) + "\n";
+    }
     const std::string friction = friction_text(findings.friction);
     return friction + (friction.empty() ? "" : "\n") + verdict_text(verdict);
 }
@@ -114,7 +127,7 @@ sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::p
 manual::Command mu_row() {
     return {
         .name = "mu",
-        .summary = "Fit the friction coefficient to the points of campaigns",
+        .summary = "Fit the friction coefficient to the points of campaigns and recordings",
         .details =
             "mu_ac: exact Coulomb law at the measured drives, with tilt and the walker's push on the base. "
             "mu_k: slopes of v(t) in slips. mu_ns: the paper's no-stick formula, 13 to 23 % too low. Budgets "
@@ -128,10 +141,11 @@ manual::Command mu_row() {
 manual::Command law_row() {
     return {
         .name = "law",
-        .summary = "Judge which law of friction describes the points of campaigns",
+        .summary = "Judge which law of friction describes the points of campaigns and recordings",
         .details =
-            "Fits each law to v_D of all points at their measured drives, and to harmonics 9 to 16 of the "
-            "base, which the walker's friction moves. The laws are judged by Schwarz's criterion, chi^2 + k "
+            "First friction against the velocity of slip, free of any law. Then each law is fitted to v_D of "
+            "all points at their measured drives, and to harmonics 9 to 16 of the base, which the walker's "
+            "friction moves. The laws are judged by Schwarz's criterion, chi^2 + k "
             "ln n. The last line names the law that describes the points, with its parameters; the laws that "
             "these points do not distinguish from it, and a drive that would; or that no law of the list "
             "describes them.",

@@ -21,9 +21,9 @@ struct MuOptions {
     double gravity = NAN;   // m/s^2; NaN: of the campaigns' benches, which must be the same for all
     bool free_tilt = true;  // see CoulombOptions
 };
-/// Reads the points of all campaigns (folders, or their points tables) and fits them together: the fits,
-/// budgets and remarks as text or JSON. InputError that names the file for one that is not a points table,
-/// for a damaged one, for one without a measured point, and for one at another place.
+/// Reads the points of campaigns (folders, or their points tables) and of recordings and fits them together:
+/// the fits, budgets and remarks as text or JSON. InputError that names the file for one that is neither, for
+/// a damaged one, for one without a measured point, and for one at another place.
 std::string mu_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options, bool json);
 /// The same for the laws of friction: which describes the points.
 std::string law_text(const std::vector<std::filesystem::path>& campaigns, const MuOptions& options,

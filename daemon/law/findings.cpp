@@ -310,6 +310,14 @@ std::string friction_text(std::span<const FrictionAt> friction) {
     return text;
 }
 
+ordered_json friction_json(std::span<const FrictionAt> friction) {
+    ordered_json list = ordered_json::array();
+    for (const FrictionAt& at : friction)
+        list.push_back(
+            {{"v_R_mps", at.v_R}, {"mu", at.mu.value}, {"mu_error", at.mu.sigma}, {"pieces", at.pieces}});
+    return list;
+}
+
 std::string findings_text(const Findings& f) {
     std::string out;
     if (f.verdict) {
@@ -369,10 +377,7 @@ std::string findings_json(const Findings& f) {
                 {"beyond_3_without_push", f.coulomb.beyond_3_without_push},
                 {"chi2_without_push", f.coulomb.chi2_without_push}};
     j["points"] = points_json(f);
-    j["friction"] = ordered_json::array();
-    for (const FrictionAt& at : f.friction)
-        j["friction"].push_back(
-            {{"v_R_mps", at.v_R}, {"mu", at.mu.value}, {"mu_error", at.mu.sigma}, {"pieces", at.pieces}});
+    j["friction"] = friction_json(f.friction);
     j["verdict"] = f.verdict ? verdict_json(*f.verdict) : ordered_json{};
     return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

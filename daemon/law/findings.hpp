@@ -1,5 +1,6 @@
 #pragma once
 // All fits of one or several campaigns, as text and as JSON; error budgets of mu, and v_D on the asked drive.
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -95,12 +96,13 @@ Verdict judge(const Findings& findings, bool free_tilt);
 std::string findings_text(const Findings& findings);
 /// Friction by velocity as a table; an empty text without any.
 std::string friction_text(std::span<const FrictionAt> friction);
+/// [{"v_R_mps", "mu", "mu_error", "pieces"}].
+nlohmann::ordered_json friction_json(std::span<const FrictionAt> friction);
 /// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, refused,
 /// gamma_mps2, phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share,
 /// input}], ...}, "law": {beyond_3, beyond_3_without_push, chi2_without_push}, "points": [{campaign, point,
 /// v_D_mps, law_v_D_mps, z, doubt, asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps,
-/// reason}}], "friction": [{v_R_mps, mu, mu_error,
-/// pieces}], "verdict": as of verdict_json()}. Values that do not exist are null.
+/// reason}}], "friction": as of friction_json(), "verdict": as of verdict_json()}. Values that do not exist are null.
 std::string findings_json(const Findings& findings);
 
 }  // namespace shaker::law

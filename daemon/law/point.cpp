@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "daemon/law/phase_fits.hpp"
+#include "daemon/reduction/series.hpp"
 
 namespace shaker::law {
 
@@ -58,9 +59,28 @@ Point point_of(const reduction::Reduction& result, const Drive& asked) {
     p.phi = result.phi;
     p.v_D = result.v_D;
     p.periods = static_cast<int>(result.periods.size());
+    p.tilt = result.tilt.angle;
     if (std::isfinite(result.systematic.phi)) p.turn_told = result.systematic.phi;
+    if (const auto doubts = reduction::doubts_of(result); !doubts.empty()) p.doubt = doubts.front();
+    if (p.periods > 0) p.phases_per_period = result.frames / most_views / p.periods;
+    p.cycle = result.cycle;
+    p.stick = result.stick;
     for (const reduction::MeasuredHarmonic& h : result.harmonics) p.take(h);
     return p;
+}
+
+bool add_paired(std::vector<Point>& points, Point p) {
+    if (!std::isfinite(p.v_D.value) || !(p.v_D.sigma > 0) || p.base.order() == 0) return false;
+    p.number = points.empty() ? 1 : points.back().number + 1;
+    const auto partner = std::ranges::find_if(points, [&](const Point& other) {
+        return other.partner == 0 && reduction::mirrored(other.asked, p.asked);
+    });
+    if (partner != points.end()) {
+        partner->partner = p.number;
+        p.partner = partner->number;
+    }
+    points.push_back(std::move(p));
+    return true;
 }
 
 std::map<double, std::vector<Folded>> by_gamma(std::span<const Point> points) {

@@ -38,6 +38,7 @@ struct Point {
     double turn_sd = 0, turn_told = 0;
     double phases_per_period = 0;  // frames of one view in a period; 0: not known
     reduction::Cycle cycle{};      // empty: not measured
+    double kink_frames = 1;        // v of the cycle may be smoothed this close to a kink, frames
     std::vector<reduction::StickInterval> stick{};
 
     /// Sets base and base_sd of this harmonic. Harmonic 2 also sets turn_sd; call it after harmonic 1. False
@@ -48,9 +49,13 @@ struct Point {
 /// Standard error of phi by the noise of harmonics 1 and 2, rad.
 double phase_noise(const Point& p) noexcept;
 
-/// The point of one measurement, as far as the fits to v_D need it: without cycle, stick intervals, number,
-/// partner.
+/// Views of the walker, where their number is not known.
+inline constexpr double most_views = 2;
+/// The point of one measurement: without number, partner, time and place.
 Point point_of(const reduction::Reduction& result, const Drive& asked);
+/// Adds a measurement, with the next number, as the mirror partner of the oldest point that has none. False,
+/// and it is not added, without a finite v_D or the base.
+bool add_paired(std::vector<Point>& points, Point p);
 
 /// gamma/omega, m/s: the scale of velocities at the set-point.
 inline double velocity_scale(const Point& p) noexcept { return p.asked.gamma / (two_pi * p.asked.frequency); }

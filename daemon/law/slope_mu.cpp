@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 
 #include "daemon/law/least_squares.hpp"
 #include "drivers/walker/no_stick.hpp"
@@ -15,28 +14,23 @@ namespace shaker::law {
 
 namespace {
 
-// The quartic through 7 frames leaves this share of the noise in x; a parabola over many frames sees it
-// whole.
-constexpr double smoothed = 0.753;
-constexpr double margin_frames = 4.5, least_frames = 6, least_length = 0.1;  // length in periods
+constexpr double part_frames = 4;
 
 /// The cycle of a point at any phase on its grid, continued beyond one period.
 class Unrolled {
 public:
-    explicit Unrolled(const Point& p)
-        : c_{&p.cycle}, n_{p.cycle.phase.size()}, D_{p.v_D.value / p.frequency} {}
+    explicit Unrolled(const Point& p) : c_{&p.cycle}, n_{p.cycle.phase.size()} {}
     [[nodiscard]] double phase(std::size_t i) const {
         return c_->phase[i % n_] + static_cast<double>(i / n_);
     }
-    [[nodiscard]] double x(std::size_t i) const { return c_->x_m[i % n_] + D_ * static_cast<double>(i / n_); }
-    [[nodiscard]] double x_sd(std::size_t i) const { return c_->x_sd_m[i % n_]; }
+    [[nodiscard]] double v(std::size_t i) const { return c_->v_mps[i % n_]; }
+    [[nodiscard]] double v_sd(std::size_t i) const { return c_->v_sd_mps[i % n_]; }
     [[nodiscard]] double v_R(std::size_t i) const { return c_->v_mps[i % n_] - c_->v_base_mps[i % n_]; }
     [[nodiscard]] std::size_t size() const { return n_; }
 
 private:
     const reduction::Cycle* c_;
     std::size_t n_;
-    double D_;
 };
 
 // Phases of kinks in [0, 1), sorted.
@@ -61,58 +55,6 @@ bool sticks_at(const Point& p, double phase) {
         const double since = phase - s.from - std::floor(phase - s.from);
         return since <= s.to - s.from;
     });
-}
-
-// Columns 1, t, t^2/2 and the double integral of -v_R, which friction c v_R adds to x. t in s from the
-// middle.
-Eigen::MatrixXd columns(const Unrolled& cycle, const std::vector<std::size_t>& inside, double middle,
-                        double T) {
-    Eigen::MatrixXd A(static_cast<Eigen::Index>(inside.size()), 4);
-    double t_before = 0, v_before = 0, once = 0, twice = 0;
-    for (Eigen::Index k = 0; k < A.rows(); ++k) {
-        const std::size_t i = inside[static_cast<std::size_t>(k)];
-        const double t = (cycle.phase(i) - middle) * T, v_R = cycle.v_R(i);
-        if (k > 0) {
-            const double h = t - t_before, next = once + h * (v_before + v_R) / 2;
-            twice += h * once + h * h * (2 * v_before + v_R) / 6;
-            once = next;
-        }
-        A.row(k) << 1, t, t * t / 2, -twice;
-        t_before = t;
-        v_before = v_R;
-    }
-    return A;
-}
-
-std::optional<SlipPiece> fitted(const Point& p, const Unrolled& cycle, double from, double to) {
-    std::vector<std::size_t> inside;
-    for (std::size_t i = 0; i < 2 * cycle.size(); ++i)
-        if (cycle.phase(i) >= from && cycle.phase(i) <= to) inside.push_back(i);
-    const double frames = (to - from) * p.phases_per_period;
-    if (inside.size() < 6) return std::nullopt;
-    const auto n = static_cast<Eigen::Index>(inside.size());
-    const double rows_per_frame = static_cast<double>(n) / frames;
-    Eigen::MatrixXd A = columns(cycle, inside, (from + to) / 2, 1 / p.frequency);
-    Eigen::VectorXd y(n), sigma(n);
-    double v_R = 0;
-    for (Eigen::Index k = 0; k < n; ++k) {
-        const std::size_t i = inside[static_cast<std::size_t>(k)];
-        y[k] = cycle.x(i);
-        sigma[k] = cycle.x_sd(i) / smoothed * std::sqrt(std::max(1.0, rows_per_frame));  // rows share frames
-        v_R += cycle.v_R(i);
-    }
-    if (!(sigma.minCoeff() > 0)) return std::nullopt;
-    const Eigen::VectorXd scale = A.cwiseAbs().colwise().maxCoeff();  // columns of like size, for the solver
-    A = A * scale.cwiseInverse().asDiagonal();
-    const Linear line = least_squares(A.leftCols(3), y, sigma, Weights::by_error),
-                 bent = least_squares(A, y, sigma, Weights::by_error);
-    return SlipPiece{.point = &p,
-                     .sign = v_R > 0 ? 1 : -1,
-                     .from = from,
-                     .to = to,
-                     .v_R = v_R / static_cast<double>(n),
-                     .a = {line.x[2] / scale[2], std::sqrt(line.covariance(2, 2)) / scale[2]},
-                     .viscous = {bent.x[3] / scale[3], std::sqrt(bent.covariance(3, 3)) / scale[3]}};
 }
 
 struct Curve {
@@ -153,55 +95,67 @@ Solved solve(const Curve& c, double g) {
 
 }  // namespace
 
-std::vector<SlipPiece> slip_pieces(const Point& p, double frames) {
-    std::vector<SlipPiece> pieces;
-    if (p.cycle.phase.size() < 20 || !(p.phases_per_period > 0)) return pieces;
+std::vector<SlipForce> slip_forces(const Point& p) {
+    std::vector<SlipForce> out;
+    if (p.cycle.phase.size() < 20 || !(p.phases_per_period > 0)) return out;
     const Unrolled cycle{p};
     const std::vector<double> at = kinks(p, cycle);
-    const double margin = margin_frames / p.phases_per_period;
+    const double frame = 1 / p.phases_per_period;
     for (std::size_t i = 0; i < at.size(); ++i) {
-        const double from = at[i], to = i + 1 < at.size() ? at[i + 1] : at[0] + 1;
-        const double length = to - from - 2 * margin;
-        if (length < least_length || length * p.phases_per_period < least_frames) continue;
-        if (sticks_at(p, (from + to) / 2)) continue;
-        const double parts = std::max(1.0, std::floor(length * p.phases_per_period / frames));
-        for (double k = 0; k < parts; ++k)
-            if (const auto piece = fitted(p, cycle, from + margin + length * k / parts,
-                                          from + margin + length * (k + 1) / parts))
-                pieces.push_back(*piece);
+        const double from = at[i] + p.kink_frames * frame,
+                     to = (i + 1 < at.size() ? at[i + 1] : at[0] + 1) - p.kink_frames * frame;
+        if (to - from < part_frames * frame || sticks_at(p, (from + to) / 2)) continue;
+        const double parts = std::floor((to - from) / (part_frames * frame));
+        std::size_t first = 0;
+        while (cycle.phase(first) < from) ++first;
+        for (double part = 1; part <= parts; ++part) {
+            const double end = from + (to - from) * part / parts;
+            double way = 0, widest = 0;  // integral of v_R over the phase; between two phases
+            std::size_t last = first;
+            for (; cycle.phase(last + 1) <= end; ++last) {
+                const double step = cycle.phase(last + 1) - cycle.phase(last);
+                way += step * (cycle.v_R(last) + cycle.v_R(last + 1)) / 2;
+                widest = std::max(widest, step);
+            }
+            const double length = cycle.phase(last) - cycle.phase(first), dt = length / p.frequency;
+            const calibration::Estimate a{(cycle.v(last) - cycle.v(first)) / dt,
+                                          std::hypot(cycle.v_sd(last), cycle.v_sd(first)) / dt};
+            if (length > part_frames * frame / 2 && widest < part_frames * frame && a.sigma > 0)
+                out.push_back({first, last, way / length, a});
+            first = last;
+        }
     }
-    return pieces;
+    return out;
 }
 
 std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, double g, double tilt) {
-    constexpr double step = 1.6, unit = 1e-3;  // m/s
-    constexpr std::size_t least = 3;
-    std::map<std::pair<int, int>, std::vector<SlipPiece>> bins;  // sign, step of |v_R|
+    constexpr double step = 1.6, unit = 1e-3;                     // m/s
+    constexpr std::size_t for_a_line = 3;                         // of unknown slope and scatter
+    std::map<std::pair<bool, int>, std::vector<SlipForce>> bins;  // forwards, step of |v_R|
     for (const Point& p : points)
-        for (const SlipPiece& piece : slip_pieces(p, least_frames))
-            if (piece.a.sigma > 0 && piece.v_R != 0)
-                bins[{piece.sign,
-                      static_cast<int>(std::floor(std::log(std::abs(piece.v_R) / unit) / std::log(step)))}]
-                    .push_back(piece);
+        for (const SlipForce& f : slip_forces(p))
+            bins[{f.v_R > 0, static_cast<int>(std::floor(std::log(std::abs(f.v_R) / unit) / std::log(step)))}]
+                .push_back(f);
     std::vector<FrictionAt> out;
-    for (const auto& [key, pieces] : bins) {
-        if (pieces.size() < least) continue;
-        double weights = 0, mean = 0, v_R = 0, squares = 0;
-        const auto mu_of = [&](const SlipPiece& s) {
-            return s.sign * (g * std::sin(tilt) - s.a.value) / (g * std::cos(tilt));
-        };
-        for (const SlipPiece& s : pieces) {
-            const double weight = std::pow(g / s.a.sigma, 2);
-            weights += weight;
-            mean += weight * mu_of(s);
-            v_R += weight * s.v_R;
+    for (const auto& [key, parts] : bins) {
+        const auto n = static_cast<Eigen::Index>(parts.size());
+        Eigen::MatrixXd line = Eigen::MatrixXd::Ones(n, 2);
+        Eigen::VectorXd mu(n), sigma(n);
+        double weights = 0, v_R = 0;
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const SlipForce& f = parts[static_cast<std::size_t>(i)];
+            mu[i] = (key.first ? 1 : -1) * (g * std::sin(tilt) - f.a.value) / (g * std::cos(tilt));
+            sigma[i] = f.a.sigma / (g * std::cos(tilt));
+            line(i, 1) = f.v_R;
+            weights += 1 / (sigma[i] * sigma[i]);
+            v_R += f.v_R / (sigma[i] * sigma[i]);
         }
-        mean /= weights;
-        for (const SlipPiece& s : pieces) squares += std::pow((mu_of(s) - mean) * g / s.a.sigma, 2);
-        const auto n = static_cast<double>(pieces.size());
-        out.push_back({v_R / weights,
-                       {mean, std::sqrt(std::max(1.0, squares / (n - 1)) / weights)},
-                       static_cast<int>(pieces.size())});
+        v_R /= weights;
+        line.col(1).array() -= v_R;
+        const Linear fit =
+            least_squares(line.leftCols(parts.size() < for_a_line ? 1 : 2), mu, sigma, Weights::by_error);
+        const double scatter = fit.freedom > 0 ? std::max(1.0, fit.chi2 / fit.freedom) : 1;
+        out.push_back({v_R, {fit.x[0], std::sqrt(fit.covariance(0, 0) * scatter)}, static_cast<int>(n)});
     }
     std::ranges::sort(out, {}, &FrictionAt::v_R);
     return out;
@@ -212,32 +166,28 @@ SlopeFit fit_slopes(std::span<const Point> points, double g) {
     out.mu = {.name = "mu_k", .unit = "1"};
     out.tilt = {.name = "tilt from slopes", .unit = "rad"};
     out.viscous = {.name = "viscous friction", .unit = "s-1"};
-    std::vector<SlipPiece> pieces;
+    std::vector<SlipForce> parts;
     for (const Point& p : points)
-        for (const SlipPiece& piece : slip_pieces(p)) pieces.push_back(piece);
+        for (const SlipForce& part : slip_forces(p)) parts.push_back(part);
     bool both = false;
-    for (const SlipPiece& piece : pieces) both = both || piece.sign != pieces.front().sign;
+    for (const SlipForce& part : parts) both = both || (part.v_R > 0) != (parts.front().v_R > 0);
     if (!both) {
-        out.mu.note = pieces.empty() ? "no slip is long enough between its kinks for the rate of the frames"
-                                     : "slips of one direction only: friction and tilt cannot be separated";
+        out.mu.note = parts.empty() ? "no slip is long enough between its kinks for the rate of the frames"
+                                    : "slips of one direction only: friction and tilt cannot be separated";
         out.tilt.note = out.mu.note;
         return out;
     }
-    const auto n = static_cast<Eigen::Index>(pieces.size());
-    Eigen::MatrixXd A(n, 2);
-    const Eigen::MatrixXd bend = Eigen::MatrixXd::Ones(n, 1);
-    Eigen::VectorXd y(n), sigma(n), viscous(n), viscous_sigma(n);
+    const auto n = static_cast<Eigen::Index>(parts.size());
+    Eigen::MatrixXd A(n, 3);
+    Eigen::VectorXd y(n), sigma(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-        const SlipPiece& piece = pieces[static_cast<std::size_t>(i)];
-        A.row(i) << -piece.sign * g, g;
-        y[i] = piece.a.value;
-        sigma[i] = piece.a.sigma;
-
-        viscous[i] = piece.viscous.value;
-        viscous_sigma[i] = piece.viscous.sigma;
+        const SlipForce& part = parts[static_cast<std::size_t>(i)];
+        A.row(i) << (part.v_R > 0 ? -g : g), g, -part.v_R;
+        y[i] = part.a.value;
+        sigma[i] = part.a.sigma;
     }
-    const Linear fit = least_squares(A, y, sigma, Weights::by_error);
-    const Linear curved = least_squares(bend, viscous, viscous_sigma, Weights::by_error);
+    const Linear fit = least_squares(A.leftCols(2), y, sigma, Weights::by_error),
+                 viscous = least_squares(A, y, sigma, Weights::by_error);
     const auto fill = [&](Fit& to, const Linear& from, Eigen::Index k) {
         to.value = from.x[k];
         to.error = std::sqrt(from.covariance(k, k));
@@ -247,9 +197,9 @@ SlopeFit fit_slopes(std::span<const Point> points, double g) {
     };
     fill(out.mu, fit, 0);
     fill(out.tilt, fit, 1);
-    fill(out.viscous, curved, 0);
-    out.mu.note = misfit(fit.chi2, fit.freedom, "the slips scatter more than the errors of x(t)");
-    const double scatter = std::sqrt(std::max(1.0, curved.chi2 / std::max(1, curved.freedom)));
+    fill(out.viscous, viscous, 2);
+    out.mu.note = misfit(fit.chi2, fit.freedom, "the slips scatter more than the errors of v(t)");
+    const double scatter = std::sqrt(std::max(1.0, viscous.chi2 / std::max(1, viscous.freedom)));
     if (std::abs(out.viscous.value) > 4 * scatter * out.viscous.error)
         out.viscous.note = "the friction in slips depends on the velocity, and mu_k is a mean";
     out.covariance = {

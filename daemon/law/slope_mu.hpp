@@ -8,41 +8,37 @@
 
 namespace shaker::law {
 
-/// The middle of one slip of a point's cycle.
-struct SlipPiece {
-    const Point* point = nullptr;
-    int sign = 1;                     // of v_R
-    double from = 0, to = 0;          // phases t/T; `to` may exceed 1
-    double v_R = 0;                   // mean, m/s
-    calibration::Estimate a{};        // acceleration, m/s^2
-    calibration::Estimate viscous{};  // c of a = .. - c v_R, 1/s; 0 for Coulomb's law
+/// A part of a slip between two phases of the cycle.
+struct SlipForce {
+    std::size_t from = 0, to = 0;  // indices of the cycle's phases; beyond its size: of the next period
+    double v_R = 0;                // mean, m/s
+    calibration::Estimate a{};     // mean acceleration of the walker, m/s^2: its change of v over the time
 };
-
-/// Pieces of the slips of a cycle that end at least 4.5 frames from the next kink, where the cycle's
-/// smoothing (7 frames) and interpolation do not see it, and are 6 frames or 0.1 T long. Kinks: zeros of v -
-/// v_B, and the ends of stick. Empty where the frames are too few. A piece of 2 n frames or more, n =
-/// `frames`, is divided into equal pieces of at least n frames.
-std::vector<SlipPiece> slip_pieces(const Point& point, double frames = HUGE_VAL);
+/// Parts of at least 4 frames of the slips, Point::kink_frames from the next kink (zeros of v - v_B, and the
+/// ends of stick): the error of v(t) contains what the frames do not resolve there. Empty where the frames
+/// are too few.
+std::vector<SlipForce> slip_forces(const Point& point);
 
 struct SlopeFit {
     Fit mu, tilt;  // mu_k, and rad: fitted together
-    Fit viscous;   // mean c of friction c v_R in slips, 1/s
+    Fit viscous;   // c of friction c v_R in slips, 1/s; 0 for Coulomb's law
     Covariance covariance;
 };
 
-/// a = g sin b - s mu_k g cos b in slip with sign s; weighted least squares over all pieces, for mu_k and the
-/// tilt b (small). A parabola is fitted to x in each piece.
+/// a = g sin b - s mu_k g cos b in slip with sign s; weighted least squares over all parts, for mu_k and the
+/// tilt b (small); and once more with friction c v_R.
 SlopeFit fit_slopes(std::span<const Point> points, double g = paper_g);
 
-/// Friction against the velocity of slip, without a law: mu = s (g sin b - a)/(g cos b) in short pieces of
-/// slips with acceleration a, collected by v_R.
+/// Friction against the velocity of slip, without a law: mu = s (g sin b - a)/(g cos b) in parts of slips
+/// with acceleration a, collected by v_R.
 struct FrictionAt {
     double v_R = 0;            // mean of the pieces, m/s; its sign is the direction
-    calibration::Estimate mu;  // the error contains the scatter of the pieces
+    calibration::Estimate mu;  // the error contains the pieces' scatter about a line
     int pieces = 0;
 };
-/// tilt: b, rad. Three pieces or more each, by v_R; |v_R| in steps of a factor 1.6. A bin's mu is the mean
-/// over its velocities. Velocities in which no slip stays for 6 frames between kinks are missing.
+/// tilt: b, rad. By v_R, |v_R| in steps of a factor 1.6; mu is that at the mean v_R, by a line through three
+/// pieces or more, else their mean. Velocities in which no slip stays for 4 frames between kinks are
+/// missing.
 std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, double g, double tilt);
 
 /// mu_ns: Eq. (8), Theta = 2 asin(pi mu g/gamma), fitted to Theta = phi_0 - pi/2 of all gammas with equal

@@ -205,6 +205,7 @@ Verdict judge(std::span<const Point> all, const CoulombOptions& options, const c
 }
 
 std::string verdict_text(const Verdict& v) {
+    if (std::ranges::none_of(v.fits, &LawFit::known)) return v.sentence + "\n";
     std::string text = fmt::format("{:<44} {:>10} {:>8} {:>10} {:>8} {:>10}  {}\n", "law", "chi^2 v_D",
                                    "freedom", "chi^2 9-16", "freedom", "score", "fitted");
     for (std::size_t i = 0; i < v.fits.size(); ++i) {

@@ -30,7 +30,7 @@ import numpy as np
 __all__ = ["Bench", "BenchError", "Campaign", "FileError", "Quantity", "Recording", "Table"]
 
 RECORDING_SCHEMA = 9  # newest version that this file reads; FORMAT.md lists them
-CAMPAIGN_SCHEMA = 1
+CAMPAIGN_SCHEMA = 2
 _UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}
 
 
@@ -159,6 +159,22 @@ class _File(contextlib.AbstractContextManager):
             raise FileError(f"{self.path}: has no group entry/{path}")
         return Table(self.entry[path])
 
+    def law(self) -> dict[str, Any]:
+        """What `shakerd law` (of the PATH, or the variable SHAKERD) finds: chosen, sentence, laws; friction: mu at v_R, by no law."""
+        program = os.environ.get("SHAKERD", "shakerd")
+        try:
+            done = subprocess.run([program, "law", "--json", self.path], capture_output=True, text=True, check=True)
+        except (OSError, subprocess.CalledProcessError) as e:
+            raise FileError(f"{self.path}: {program} law: {str(getattr(e, 'stderr', '') or e).strip()}") from None
+        verdict: dict[str, Any] = json.loads(done.stdout)
+        quantity = lambda of, error, unit: Quantity(*(np.nan if x is None else x for x in (of, error)), unit)
+        for law in verdict["laws"]:
+            law["mu"] = quantity(law["mu"], law.pop("mu_error"), "1")
+            law["parameters"] = {p["name"]: quantity(p["value"], p["error"], p["unit"]) for p in law["parameters"]}
+        v_R, mu, error = (np.array([f[key] for f in verdict["friction"]]) for key in ("v_R_mps", "mu", "mu_error"))
+        friction = {"v_R": Quantity(v_R, None, "m/s"), "mu": Quantity(mu, error, "1")}
+        return verdict | {"laws": {law["name"]: law for law in verdict["laws"]}, "friction": friction}
+
     def close(self) -> None:
         self._file.close()
 
@@ -242,22 +258,6 @@ class Campaign(_File):
     def recordings(self) -> list[pathlib.Path]:
         """The recordings of the points, without repeats."""
         return [self.folder / f"{name}.nxs" for name in dict.fromkeys(self.table("passes")["recording"]) if name]
-
-    def law(self) -> dict[str, Any]:
-        """What `shakerd law` (that of the PATH, or the variable SHAKERD) finds: chosen, refused, sentence, and laws by name,
-        with their mu and parameters as Quantity. FileError where it fails."""
-        program = os.environ.get("SHAKERD", "shakerd")
-        try:
-            done = subprocess.run([program, "law", "--json", self.path], capture_output=True, text=True, check=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            raise FileError(f"{self.path}: {program} law: {str(getattr(error, 'stderr', '') or error).strip()}") from None
-        verdict: dict[str, Any] = json.loads(done.stdout)
-        number = lambda value: np.nan if value is None else value
-        for law in verdict["laws"]:
-            law["mu"] = Quantity(number(law["mu"]), number(law.pop("mu_error")), "1")
-            law["parameters"] = {p["name"]: Quantity(number(p["value"]), number(p["error"]), p["unit"])
-                                 for p in law["parameters"]}
-        return verdict | {"laws": {law["name"]: law for law in verdict["laws"]}}
 
 
 class Bench:

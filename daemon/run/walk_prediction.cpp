@@ -16,8 +16,7 @@ namespace shaker::run {
 
 namespace {
 
-constexpr double unknown_share = 0.05;  // of the base's rms velocity
-constexpr double sure = 3;              // errors
+constexpr double sure = 3;  // errors
 
 // The same drive, or its mirror image: every odd harmonic has the opposite sign, or the second one.
 bool alike(const Drive& a, const Drive& b, double phi) {
@@ -31,22 +30,32 @@ double settled_drift(const Drive& drive, double mu, double g) {
 
 }  // namespace
 
-std::optional<PredictedWalk> predict_walk(const Drive& drive,
-                                          const std::vector<reduction::DrivenPoint>& points,
-                                          const calibration::Estimate& mu, double g) {
-    const double unknown = unknown_share * walker::v_rms(harmonics(drive), drive.frequency);
+double unknown_error(const Drive& drive) {
+    constexpr double share = 0.05;
+    return share * walker::v_rms(harmonics(drive), drive.frequency);
+}
+
+std::optional<PredictedWalk> measured_walk(const Drive& drive,
+                                           const std::vector<reduction::DrivenPoint>& points) {
     for (const reduction::DrivenPoint& p : points | std::views::reverse)
         for (const bool mirror : {false, true})
             if (alike(drive, p.asked, mirror ? std::numbers::pi : 0))
                 return PredictedWalk{
-                    {mirror ? -p.v_D.value : p.v_D.value, std::hypot(p.v_D.sigma, unknown)},
+                    {mirror ? -p.v_D.value : p.v_D.value, std::hypot(p.v_D.sigma, unknown_error(drive))},
                     mirror ? "measured at phi + 180 deg" : "measured before at this set-point"};
+    return std::nullopt;
+}
+
+std::optional<PredictedWalk> predict_walk(const Drive& drive,
+                                          const std::vector<reduction::DrivenPoint>& points,
+                                          const calibration::Estimate& mu, double g) {
+    if (auto measured = measured_walk(drive, points)) return measured;
     if (!std::isfinite(mu.value)) return std::nullopt;
     try {
         const double v_D = settled_drift(drive, mu.value, g);
         const double step = std::max(mu.sigma, 1e-3 * mu.value);
         const double slope = (settled_drift(drive, mu.value + step, g) - v_D) / step;
-        return PredictedWalk{{v_D, std::hypot(slope * mu.sigma, unknown)},
+        return PredictedWalk{{v_D, std::hypot(slope * mu.sigma, unknown_error(drive))},
                              fmt::format("Coulomb's law with mu {:.4g}", mu.value)};
     } catch (const InputError&) {
         return std::nullopt;  // no settled walk
@@ -54,8 +63,7 @@ std::optional<PredictedWalk> predict_walk(const Drive& drive,
 }
 
 std::optional<PredictedWalk> walk_at_usual_friction(const Drive& drive, double g) {
-    PredictedWalk weakest{{INFINITY, unknown_share * walker::v_rms(harmonics(drive), drive.frequency)},
-                          "Coulomb's law with any mu from 0.05 to 0.2"};
+    PredictedWalk weakest{{INFINITY, unknown_error(drive)}, "Coulomb's law with any mu from 0.05 to 0.2"};
     try {
         double sum = 0, sizes = 0;
         for (const double mu : {0.05, 0.1, 0.15, 0.2}) {

@@ -15,10 +15,17 @@ struct PredictedWalk {
     std::string from;           // its source, for the operator
 };
 
-/// From the newest measured point with this drive or with its mirror image (phi + pi, opposite drift);
-/// without one by the exact Coulomb law, if mu is known (finite). Empty without either. The error contains
-/// the uncertainty of the point or of mu, and 5 % of the base's rms velocity for what is not known: tilt,
-/// overtones, mu that depends on speed. g in m/s^2.
+/// Error of any predicted walk, m/s, beyond that of the point or of mu: 5 % of the base's rms velocity, for
+/// tilt, overtones and mu that depends on speed.
+double unknown_error(const Drive& drive);
+
+/// By the newest measured point with this drive or with its mirror image (phi + pi, opposite drift); empty
+/// without one. The error as at predict_walk().
+std::optional<PredictedWalk> measured_walk(const Drive& drive,
+                                           const std::vector<reduction::DrivenPoint>& points);
+
+/// As measured; without such a point by the exact Coulomb law, if mu is known (finite). Empty without either.
+/// The error contains the uncertainty of the point or of mu, and unknown_error(). g in m/s^2.
 std::optional<PredictedWalk> predict_walk(const Drive& drive,
                                           const std::vector<reduction::DrivenPoint>& points,
                                           const calibration::Estimate& mu, double g);

@@ -112,6 +112,9 @@ void BenchService::take_outcome() {
                 log("warning", fmt::format("measurement from {:.3f} s: {}", part.from_s, doubt));
         result_ = m->reduction;
         origin_ = {origin_.number + 1, m->measurement.asked, part.from_s, part.to_s};
+        const law::Point point = law::point_of(*result_, m->measurement.asked);
+        friction_ = law::friction_by_velocity({&point, 1}, bench_.gravity,
+                                              std::isfinite(point.tilt.value) ? point.tilt.value : 0);
         not_reduced_.clear();
         if (points_.size() == most_points) {
             points_.erase(points_.begin());
@@ -308,6 +311,7 @@ void BenchService::publish() {
     state->trip_pictures = trip_pictures_;
     state->result = result_;
     state->result_origin = origin_;
+    state->friction = friction_;
     state->not_reduced = not_reduced_;
     state->measured_from_s = measured_from_s_;
     state->points = points_;

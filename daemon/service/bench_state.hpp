@@ -13,6 +13,7 @@
 #include "daemon/acquisition/time_histogram.hpp"
 #include "daemon/control/identification.hpp"
 #include "daemon/law/fit.hpp"
+#include "daemon/law/slope_mu.hpp"
 #include "daemon/recording/folder.hpp"
 #include "daemon/recording/journal.hpp"
 #include "daemon/reduction/reduction.hpp"
@@ -230,6 +231,7 @@ struct BenchState {
     bool may_clear = false;
     std::shared_ptr<const reduction::Reduction> result;  // of the newest measurement; null before the first
     ResultOrigin result_origin;                          // of `result`
+    std::vector<law::FrictionAt> friction;               // of `result`: friction against v_R
     std::string not_reduced;                             // reason why the newest measurement has no result
     double measured_from_s = NAN;  // master time of the newest measurement; NaN before the first
     std::vector<reduction::DrivenPoint> points;   // the newest measurements, oldest first

@@ -1,10 +1,5 @@
 #include "daemon/service/live_mu.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
-#include "daemon/reduction/series.hpp"
 #include "drivers/errors.hpp"
 
 namespace shaker::service {
@@ -16,17 +11,8 @@ constexpr std::size_t newest_points = 40;  // 0.1 s of work
 }  // namespace
 
 void LiveMu::add(const reduction::Reduction& result, const Drive& asked) {
-    law::Point point = law::point_of(result, asked);
-    if (!std::isfinite(point.v_D.value) || !(point.v_D.sigma > 0) || point.base.order() == 0) return;
-    point.number = points_.empty() ? 1 : points_.back().number + 1;
-    const auto partner = std::ranges::find_if(
-        points_, [&](const law::Point& p) { return p.partner == 0 && reduction::mirrored(p.asked, asked); });
-    if (partner != points_.end()) {
-        partner->partner = point.number;
-        point.partner = partner->number;
-    }
-    if (points_.size() == newest_points) points_.erase(points_.begin());
-    points_.push_back(std::move(point));
+    if (!law::add_paired(points_, law::point_of(result, asked))) return;
+    if (points_.size() > newest_points) points_.erase(points_.begin());
     newer_ = true;
 }
 

@@ -2,11 +2,16 @@
 // independent walker makes the points; the verdict is counted.
 //   --count N (22): scenes   --seed N (1): of the first   --jobs N (2): at a time
 //   --apart N (1): numbers from one seed to the next; 11 keeps to one law
+//   --campaigns N (0): so many whole campaigns by plans/law.toml on simulated benches instead of points, each
+//   law that a scene can have; what they can tell is not counted then
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
@@ -16,6 +21,8 @@
 #include "tests/support/in_parallel.hpp"
 #include "tests/support/law/stepped_walker.hpp"
 #include "tests/support/law/synthetic_points.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
 
 namespace {
 
@@ -82,6 +89,73 @@ bool distinguishes(const law::Verdict& v, const law::Law& truth) {
     return std::isfinite(v.score[at]);
 }
 
+/// [walker] of a scene file; empty for a law that scenes do not have.
+std::string walker_text(const Scene& s) {
+    const walker::Friction& f = s.setting.friction;
+    const double mu = f.mu_k;
+    std::string text =
+        fmt::format("law = \"{}\"\nmu_k = {}\nmu_s = {}\nviscous_per_s = {}\nbackward_ratio = {}\n",
+                    walker::friction_laws.at(static_cast<std::size_t>(f.law)), mu,
+                    mu * s.setting.static_ratio, f.viscous, f.backward);
+    using enum walker::FrictionLaw;
+    if (f.law == logarithmic) text += fmt::format("log_share = {}\n", f.log_share);
+    if (f.law == dahl) text += fmt::format("dahl_um = {}\n", 1e6 * f.presliding);
+    if (f.law == stribeck) text += fmt::format("stribeck_mps = {}\n", f.stribeck);
+    if (s.law->name == "time")
+        text += fmt::format("mu_relaxation = {}\nrelaxation_s = {}\n", s.setting.excess, s.setting.excess_s);
+    return s.law->name == "place" || s.law->name == "vertical" ? std::string{} : text;
+}
+
+/// A campaign on a bench with this walker, its laws as of "shakerd law --json"; null when it failed.
+nlohmann::json campaign_of(const Scene& s, std::uint64_t seed, const std::filesystem::path& folder) {
+    std::filesystem::create_directories(folder);
+    std::ofstream{folder / "scene.toml"} << fmt::format(
+        "seed = {}\ntilt_deg = {}\n[accelerometer]\nlowpass_hz = 1000\ntold_low_pass_hz = 1000\n[walker]\n{}",
+        seed, s.setting.tilt * 180 / std::numbers::pi, walker_text(s));
+    const auto run = test::shakerd(fmt::format("campaign {} --scene scene.toml -o points",
+                                               test::source_dir() + "/daemon/campaign/plans/law.toml"),
+                                   folder);
+    const auto law = test::shakerd("law points --json", folder);
+    if (run.status == 0 && law.status == 0) return nlohmann::json::parse(law.out);
+    fmt::print(stderr, "seed {}: {}{}\n", seed, run.err, law.err);
+    return {};
+}
+
+void add_campaign(std::uint64_t seed, const std::filesystem::path& folder,
+                  std::map<std::string_view, Counts>& all, std::mutex& guard) {
+    const Scene scene = scene_of(seed);
+    if (walker_text(scene).empty()) return;
+    const nlohmann::json found = campaign_of(scene, seed, folder / std::to_string(seed));
+    std::filesystem::remove_all(folder / std::to_string(seed));
+    const std::scoped_lock lock{guard};
+    Counts& c = all[scene.law->name];
+    ++c.scenes;
+    if (found.is_null()) return;
+    const bool refused = found["refused"],
+               chosen = found["chosen"] == std::string{scene.law->name} && !refused;
+    const bool named = std::ranges::any_of(found["rivals"],
+                                           [&](const auto& r) { return r == std::string{scene.law->name}; });
+    const bool judged = std::ranges::any_of(found["laws"], [&](const auto& law) {
+        return law["name"] == std::string{scene.law->name} && law["reason"] == "";
+    });
+    c.refused += refused;
+    ++(chosen ? c.right : refused || named || !judged || found["chosen"].is_null() ? c.open : c.wrong);
+    if (!chosen)
+        fmt::print(stderr, "seed {}: {} {}: {}\n", seed, scene.law->name, fmt::join(scene.parameters, " "),
+                   found["sentence"].get<std::string>());
+    if (!chosen) return;
+    const auto judge = [&](double value, double error, double truth) {
+        c.within_2 += std::abs(value - truth) < 2 * error;
+        ++c.values;
+    };
+    for (const auto& law : found["laws"]) {
+        if (law["name"] != found["chosen"]) continue;
+        judge(law["mu"], law["mu_error"], scene.setting.friction.mu_k);
+        for (std::size_t i = 0; i < scene.parameters.size(); ++i)
+            judge(law["parameters"][i]["value"], law["parameters"][i]["error"], scene.parameters[i]);
+    }
+}
+
 void add(std::uint64_t seed, std::map<std::string_view, Counts>& all, std::mutex& guard) {
     const Scene scene = scene_of(seed);
     std::vector<law::Point> points = test::stepped_points(scene.setting, 20'000);
@@ -126,8 +200,13 @@ int main(int argc, char** argv) {
     std::mutex guard;
     const auto seed = static_cast<std::uint64_t>(option("--seed", 1));
     const int apart = option("--apart", 1);
-    test::in_parallel(option("--count", 22), option("--jobs", 2),
-                      [&](int i) { add(seed + static_cast<std::uint64_t>(i * apart), all, guard); });
+    const int campaigns = bench::whole_option(argc, argv, "--campaigns", 0, 0);
+    const auto folder = bench::own_folder(argc, argv, "laws");
+    test::in_parallel(campaigns > 0 ? campaigns : option("--count", 22), option("--jobs", 2), [&](int i) {
+        const std::uint64_t of = seed + static_cast<std::uint64_t>(i * apart);
+        campaigns > 0 ? add_campaign(of, folder, all, guard) : add(of, all, guard);
+    });
+    std::filesystem::remove_all(folder);
     Counts sum;
     for (const auto& [name, c] : all)
         for (int Counts::*count : {&Counts::scenes, &Counts::distinguishable, &Counts::right, &Counts::open,

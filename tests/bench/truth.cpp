@@ -1,6 +1,9 @@
 // Truth: bias, error, z, coverage and cost of every number of a reduction, on records with known truth
 //   --runs N (400): of each row, a quarter of it from 400 periods on   --scenes NAME (all): rows with NAME
 //   --seed N (1): of the first run
+// Rows of "friction": mu against v_R from 12 drives each, of three laws, with an eightieth of the runs.
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/law/slope_mu.hpp"
 #include "daemon/reduction/reduction.hpp"
 #include "drivers/walker/changing_walker.hpp"
 #include "drivers/walker/steady_state.hpp"
@@ -29,6 +33,7 @@ struct Scene {
     double noise_um = 2;            // of a position, white
     double frame_rate_hz = 1000;
     int views = 2;
+    walker::Friction friction{};  // with jitter and memory only where it is Coulomb's
 };
 
 /// White noise; friction that scatters, with memory; other drives; other noise; long records.
@@ -61,6 +66,7 @@ walker::WalkerSetting setting_of(const Scene& s) {
     walker::WalkerSetting out;
     out.base = harmonics(Drive{.frequency = frequency, .gamma = s.gamma * paper_g, .phi = s.phi});
     out.base.at(3) = third * s.gamma * paper_g;
+    out.friction = s.friction;
     out.friction.change = {.jitter = s.jitter, .memory = s.memory};
     return out;
 }
@@ -90,6 +96,10 @@ public:
         setting.friction.change.seed = seed;
         walker::MuHistory history{setting.friction.change, 1 / frequency};
         constant.friction.change = {};
+        if (s.jitter == 0) {
+            record(setting, s.periods + 2);
+            return;
+        }
         double v = 0, x = 0;
         for (int k = -settling; k < s.periods + 2; ++k) {
             const double factor = history.next();
@@ -117,6 +127,28 @@ public:
     }
 
 private:
+    void record(const walker::WalkerSetting& setting, int periods) {
+        constexpr std::size_t finer = 10;  // steps between two phases, for x at the kinks
+        walker::IntegratedWalker walker{setting};
+        const double D = settle(walker).D;
+        walker.observe(finer * steps);
+        walker.advance_period();
+        const auto v_base = walker::base_velocity(setting);
+        std::vector<double> x{0}, v;
+        for (std::size_t i = 0; i < finer * steps; ++i) {
+            v.push_back(walker.relative()[i] +
+                        v_base(two_pi * static_cast<double>(i) / static_cast<double>(finer * steps)));
+            if (i > 0)
+                x.push_back(x.back() +
+                            (v[i - 1] + v[i]) / (2 * frequency * static_cast<double>(finer * steps)));
+        }
+        for (int k = 0; k < periods; ++k)
+            for (std::size_t i = 0; i < finer * steps; i += finer) {
+                x_.push_back(k * D + x[i]);
+                v_.push_back(v[i]);
+            }
+    }
+
     static constexpr int steps = 200, settling = 60;
     std::vector<double> x_, v_;
 };
@@ -263,6 +295,56 @@ void add(const reduction::Reduction& r, const Scene& s, double v_D, double first
     to["v_D"].hac.add(r.v_D.value - v_D, naive.hac);
 }
 
+/// mu against v_R, without a law, from measurements at 12 drives: of each part of a slip, and of each step of
+/// v_R. The truth is the acceleration of the walker in the same parts, with the same weights.
+void add_friction(const walker::Friction& friction, double frame_rate_hz, int runs, int seed,
+                  bench::Table& table) {
+    Found parts{"1e-3", 1e3, {}, {}, {}, NAN}, means = parts;
+    for (int i = 0; i < runs; ++i) {
+        std::vector<law::Point> points, exact;
+        for (const double gamma : {1.0, 1.5, 2.0, 3.0})
+            for (const double phi : {0.0, 1.6, 4.0}) {
+                const Scene s{.name = "friction",
+                              .gamma = gamma,
+                              .phi = phi,
+                              .frame_rate_hz = frame_rate_hz,
+                              .friction = friction};
+                const auto number = static_cast<std::uint64_t>(1000 * (seed + i)) + points.size();
+                reduction::Reduction r = reduction::reduce(measured(s, number));
+                law::Point p =
+                    law::point_of(r, {.frequency = frequency, .gamma = gamma * paper_g, .phi = phi});
+                p.phases_per_period = frame_rate_hz / frequency;
+                p.cycle = std::move(r.cycle);
+                p.stick = std::move(r.stick);
+                points.push_back(p);
+                const Walk walk{s, number + 1000000};
+                for (std::size_t k = 0; k < p.cycle.phase.size(); ++k) {
+                    constexpr double h = 1e-6;
+                    const double t = 1 / frequency + p.cycle.phase[k] / frequency;
+                    p.cycle.v_mps[k] = (walk.at(t + h) - walk.at(t - h)) / (2 * h);
+                }
+                exact.push_back(std::move(p));
+                const auto measured_parts = law::slip_forces(points.back()),
+                           true_parts = law::slip_forces(exact.back());
+                for (const law::SlipForce& f : measured_parts)
+                    for (const law::SlipForce& e : true_parts)
+                        if (e.from == f.from && e.to == f.to)
+                            parts.here.add((f.a.value - e.a.value) / paper_g, f.a.sigma / paper_g);
+            }
+        const auto found = law::friction_by_velocity(points, paper_g, 0),
+                   truth = law::friction_by_velocity(exact, paper_g, 0);
+        for (const law::FrictionAt& at : found)
+            for (const law::FrictionAt& e : truth)
+                if (std::abs(e.v_R - at.v_R) < 0.05 * std::abs(at.v_R) && e.pieces == at.pieces)
+                    means.here.add(at.mu.value - e.mu.value, at.mu.sigma);
+    }
+    const std::string name =
+        fmt::format("friction, {}, {:.0f}/s",
+                    walker::friction_laws.at(static_cast<std::size_t>(friction.law)), frame_rate_hz);
+    add_row(name, 40, 40, "mu of a part", parts, table);
+    add_row(name, 40, 40, "mu(v_R)", means, table);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -296,9 +378,17 @@ int main(int argc, char** argv) {
             for (const char* name : {"gamma", "phi", "delay"})
                 add_row(s.name, s.periods, independent, name, found.at(name), table);
     }
+    using enum walker::FrictionLaw;
+    if (std::string{"friction"}.find(only) != std::string::npos)
+        for (const double rate_hz : {500.0, 1000.0})
+            for (const walker::Friction& friction : {walker::Friction{.viscous = 3.5},
+                                                     {.mu_s = 0.12, .law = stribeck, .stribeck = 0.02},
+                                                     {.law = dahl}})
+                add_friction(friction, rate_hz, std::max(runs / 80, 1), seed, table);
     for (const auto& [name, found] : pooled)
         if (name != "v_D") add_row("all", NAN, NAN, name, found, table);
-    add_row("all with 4 independent", NAN, NAN, "v_D", {"um/s", 1e6, rows, {}, {}, NAN}, table);
+    if (rows.count > 0)
+        add_row("all with 4 independent", NAN, NAN, "v_D", {"um/s", 1e6, rows, {}, {}, NAN}, table);
     table.print(argc, argv);
     return 0;
 }

@@ -174,7 +174,8 @@ export class Bench {
                 ...this.newest(some, {
                     v_D_mps: estimate(v, 1e-6 * error), D_m: estimate(drift, 5e-8 * error),
                     efficiency: estimate(Math.abs(v) / (scale * Math.sqrt(5 / 32)), 1e-4 * error), mu: estimate(mu, 7e-5 * error),
-                    bench_check: estimate(1.0002, 3e-4 * error), bench_alarm: false,
+                    bench_check: estimate(1.0002, 3e-4 * error), bench_alarm: false, mu_refused: this.mu_refused ?? "",
+                    friction: [-0.06, -0.02, 0.01, 0.03].map((v) => [v, 0.113 + 0.36 * Math.abs(v), 1e-3 * (1 + 0.5 * Math.sin(this.time))]),
                 }),
                 periods: Math.floor(this.periods), steady: this.periods > 20,
             },

@@ -58,6 +58,18 @@ test("A result of another set-point is grey and shows its measurement", async ()
     bench.act("drive", { phi_rad: 0 });
 });
 
+test("A mu of a law that the measurements refuse is no number; the reason stands below", async () => {
+    const { bench } = stage.server;
+    await running(stage);
+    const { page } = await openPage(stage);
+    await until(async () => /^0\.1\d+ ± /.test(await text(page, "mu")), "mu");
+    bench.mu_refused = "chi^2 is 25 times its degrees of freedom";
+    await until(async () => (await text(page, "mu")) === "–", "no mu");
+    assert.match(await text(page, "result-of"), /; no single μ: chi\^2 is 25 times its degrees of freedom$/);
+    bench.mu_refused = "";
+    await until(async () => /^0\.1\d+ ± /.test(await text(page, "mu")), "mu again");
+});
+
 test("The walker's mark agrees with the picture", async () => {
     const { bench } = stage.server;
     await idle(stage);
@@ -175,7 +187,7 @@ test("Refused real time is shown with its reason", async () => {
 test("Every plot and both cameras move with the data", async () => {
     await running(stage);
     const { page } = await openPage(stage);
-    for (const id of ["waveform", "harmonics", "cycle-x", "cycle-v", "live-track", "live-acceleration", "jitter", "cameras"]) {
+    for (const id of ["waveform", "harmonics", "cycle-x", "cycle-v", "friction", "live-track", "live-acceleration", "jitter", "cameras"]) {
         const canvas = page.locator(`#${id} canvas`).first();
         await page.locator(`#${id}`).scrollIntoViewIfNeeded();  // it is drawn in view
         await until(async () => (await canvas.boundingBox())?.width > 100, id);

@@ -82,6 +82,10 @@ json result(const service::BenchState& s) {
     if (r)
         for (const reduction::StickInterval& k : r->stick) all["stick"].push_back({k.from, k.to});
     all["mu"] = catalogue::json_of(s.mu);
+    all["mu_refused"] = s.fitted_mu.refused ? s.fitted_mu.note : "";
+    all["friction"] = json::array();
+    for (const law::FrictionAt& at : s.friction)
+        all["friction"].push_back({at.v_R, at.mu.value, at.mu.sigma});
     all["steady"] = r && s.measuring;
     return all;
 }

@@ -31,6 +31,18 @@ TEST(LearnedMuTest, AgreementAndUnknownResultsChangeNothing) {
     EXPECT_EQ(learned.value(), 0.113);
 }
 
+// A walker that follows no law of the list: its own drift is the prediction, also for the mirror image.
+TEST(LearnedMuTest, AMeasuredWalkIsPredictedAsMeasured) {
+    LearnedMu learned{0.113, paper_g, most_settling};
+    const double by_law = learned.walk(drive(1, 0.4)).v_D;
+    learned.add(drive(1, 0.4), {0.6 * by_law, 1e-6});
+    EXPECT_EQ(learned.walk(drive(1, 0.4)).v_D, 0.6 * by_law);
+    EXPECT_EQ(learned.walk(drive(1, 0.4 + std::numbers::pi)).v_D, -0.6 * by_law);
+    EXPECT_GT(learned.walk(drive(1, 0.4)).settling, 0);
+    EXPECT_EQ(learned.prediction(drive(1, 0.4)).from, "measured before at this set-point");
+    EXPECT_NE(learned.prediction(drive(1, 0.5)).from.find("Coulomb's law with mu"), std::string::npos);
+}
+
 // A point with a wrong drift changes mu by 30 % at most.
 TEST(LearnedMuTest, OneStepIsLimited) {
     LearnedMu learned{0.113, paper_g, most_settling};

@@ -6,6 +6,7 @@
 
 #include "daemon/campaign/campaign_mu.hpp"
 #include "daemon/campaign/plan.hpp"
+#include "drivers/walker/steady_state.hpp"
 
 namespace shaker::campaign {
 namespace {
@@ -106,6 +107,27 @@ TEST(MuChoiceTest, EndsWhenMuIsKnown) {
         over.assign(points.size(), true);
         EXPECT_EQ(choice.next(points, over, second), points.size());
     }
+}
+
+// A viscous walker: its points give Coulomb's law a mu to 0.2 %, and refuse it. More of them would not help.
+TEST(MuChoiceTest, PassesThatRefuseTheLawEndWithoutMu) {
+    const std::vector<Point> points = candidates(Order::mirror);
+    std::mt19937_64 random{3};
+    MuChoice choice{2e-3, 0.113, paper_g};
+    std::vector<bool> over(points.size());
+    std::size_t passes = 0;
+    for (std::size_t at = 0; (at = choice.next(points, over, second)) < points.size(); ++passes) {
+        law::Point p = measured(points[at], {.mu = 0.113}, 5e-6, random);
+        walker::WalkerSetting setting = walker::coulomb(p.asked, 0.113, paper_g);
+        setting.friction.viscous = 3.5;
+        p.v_D.value = walker::settle(setting).v_D;
+        choice.add(p);
+        over[at] = true;
+    }
+    EXPECT_GE(passes, 4U);
+    EXPECT_LE(passes, 12U);
+    EXPECT_FALSE(choice.reached());
+    EXPECT_NE(choice.sentence().find("mu is not known: chi^2 is"), std::string::npos) << choice.sentence();
 }
 
 TEST(MuChoiceTest, SaysWhyMuIsNotKnown) {

@@ -172,8 +172,10 @@ TEST_F(MuCommandTest, RefusedMuStandsBehindTheLawThatHolds) {
     EXPECT_NEAR(j["verdict"]["laws"][2]["parameters"][0]["value"].get<double>(), 3.5, 0.02);
     const test::Outcome law = test::shakerd("law viscous.nxs --json", folder_);
     EXPECT_EQ(law.status, 0);
-    EXPECT_EQ(nlohmann::json::parse(law.out), j["verdict"]);
-    EXPECT_TRUE(j["friction"].is_array());
+    auto found = nlohmann::json::parse(law.out);
+    EXPECT_EQ(found["friction"], j["friction"]);
+    found.erase("friction");
+    EXPECT_EQ(found, j["verdict"]);
 
     const auto coulomb = nlohmann::json::parse(mu_text({folder_ / "campaign.nxs"}, {}, true));
     EXPECT_EQ(coulomb["fits"][0]["refused"], false);

@@ -81,9 +81,49 @@ TEST(SlopeFitTest, FrictionByVelocityIsThatOfTheLaw) {
     for (const FrictionAt& f : found) {
         const double mu = 0.113 * (f.v_R < 0 ? 1.1 : 1) + 3.5 * std::abs(f.v_R) / paper_g;
         EXPECT_NEAR(f.mu.value, mu, 2e-2 * mu) << f.v_R;
-        EXPECT_GE(f.pieces, 3);
+        EXPECT_GE(f.pieces, 1);
     }
     EXPECT_TRUE(friction_by_velocity({}, paper_g, 0).empty());
+}
+
+// A table of before has a v(t) that is smoothed across kinks: parts keep away from them.
+TEST(SlopeFitTest, PartsKeepTheirDistanceFromKinks) {
+    Point p = with_cycle(2.0, 1.57, {0.113, 0.113}, 0);
+    const auto nearest = [&] {
+        double least = 1;
+        for (const SlipForce& f : slip_forces(p))
+            for (const std::size_t at : {f.from, f.to})
+                for (std::size_t i = 0; i < 100; ++i) {
+                    const double here = p.cycle.v_mps[i] - p.cycle.v_base_mps[i],
+                                 next = p.cycle.v_mps[(i + 1) % 100] - p.cycle.v_base_mps[(i + 1) % 100];
+                    if ((here > 0) != (next > 0))
+                        least = std::min(
+                            least,
+                            std::abs(std::remainder(
+                                static_cast<double>(at) / 100 - (static_cast<double>(i) + 0.5) / 100, 1.0)));
+                }
+        return 50 * least;  // frames
+    };
+    EXPECT_GT(nearest(), 0.7);
+    EXPECT_LT(nearest(), 1.5);
+    p.kink_frames = 4.5;
+    EXPECT_GT(nearest(), 4.2);
+    EXPECT_FALSE(slip_forces(p).empty());
+}
+
+// Phases that no frame shows are not bridged.
+TEST(SlopeFitTest, PartsDoNotBridgeMissingPhases) {
+    Point p = with_cycle(2.0, 1.57, {0.113, 0.113}, 0);
+    const std::size_t before = slip_forces(p).size();
+    const SlipForce lost = slip_forces(p).front();
+    for (auto* column : {&p.cycle.phase, &p.cycle.x_m, &p.cycle.x_sd_m, &p.cycle.v_mps, &p.cycle.v_sd_mps,
+                         &p.cycle.v_base_mps})
+        column->erase(
+            column->begin() + static_cast<std::ptrdiff_t>(lost.from % 100),
+            column->begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(lost.from % 100 + 9, 99)));
+    EXPECT_LT(slip_forces(p).size(), before);
+    for (const SlipForce& f : slip_forces(p))
+        EXPECT_NEAR(std::abs(f.a.value), 0.113 * paper_g, 0.02 * paper_g) << f.from << " " << f.to;
 }
 
 TEST(SlopeFitTest, SlowCamerasGiveNoSlopes) {

@@ -154,13 +154,24 @@ class PythonTest(unittest.TestCase):
             self.assertLess(abs(chosen["mu"].value - 0.113), 4 * chosen["mu"].error)
             self.assertEqual(verdict["laws"]["dahl"]["parameters"]["s_0"].unit, "m")
             self.assertTrue(np.isnan(verdict["laws"]["unequal"]["mu"].value))  # not fitted
+            mu = verdict["friction"]["mu"]
+            self.assertGreaterEqual(len(mu), 6)
+            np.testing.assert_array_less(abs(mu.value - 0.113), 4 * mu.error)
             with (unittest.mock.patch.dict(os.environ, SHAKERD="/none/shakerd"),
                   self.assertRaisesRegex(shakerd.FileError, "points/campaign.nxs: /none/shakerd law: .*No such file")):
                 campaign.law()
             campaign.path = pathlib.Path("plan.toml")
             with (unittest.mock.patch.dict(os.environ, SHAKERD=str(PROGRAM)),
-                  self.assertRaisesRegex(shakerd.FileError, "plan.toml: .*shakerd law: shakerd: plan.toml: expected the folder")):
+                  self.assertRaisesRegex(shakerd.FileError, "plan.toml: .*shakerd law: shakerd: plan.toml: not an HDF5 file")):
                 campaign.law()
+
+    def test_friction_of_one_run(self):
+        with shakerd.Recording("run.nxs") as run, unittest.mock.patch.dict(os.environ, SHAKERD=str(PROGRAM)):
+            verdict = run.law()
+        v_R, mu = verdict["friction"]["v_R"], verdict["friction"]["mu"]
+        self.assertTrue(v_R.value.min() < 0 < v_R.value.max())
+        np.testing.assert_array_less(abs(mu.value - 0.113), 4 * mu.error)
+        self.assertLess(mu.error.min(), 2e-3)
 
     def test_a_growing_file_opens_and_shows_new_rows(self):
         shutil.copy("run.nxs", "grown.nxs.part")

@@ -13,6 +13,7 @@ import { makeCameras } from "./views/cameras";
 import { makeCampaign } from "./views/campaign";
 import { makeCycle } from "./views/cycle";
 import { makeForms } from "./views/forms";
+import { makeFriction } from "./views/friction";
 import { makeHarmonics } from "./views/harmonics";
 import { makeHeader } from "./views/header";
 import { makeHealth } from "./views/health";
@@ -61,6 +62,7 @@ loop.add(makeHarmonics(box("harmonics"), store, themes), 5, box("harmonics-card"
 loop.add(makeResults(store, reader), 2, box("results-card"));
 loop.add(makeRecordings(act, reader), 2, box("recordings-card"));
 loop.add(makeCycle(box("cycle-x"), box("cycle-v"), store, themes), 5, box("cycle-card"));
+loop.add(makeFriction(box("friction"), store, themes), 2, box("cycle-card"));
 loop.add(makePoints(box("points-gamma"), box("key-gamma"), "gamma", "γ, g", store, law, themes), 2, box("gamma-card"));
 loop.add(makePoints(box("points-phi"), box("key-phi"), "phi", "φ, degrees", store, law, themes), 2, box("phi-card"));
 loop.add(track.draw, 5, box("live-card"));

@@ -13,7 +13,7 @@ const session: Session = {
 const drive: Drive = { frequency_hz: null, gamma_mps2: null, rho: null, phi_rad: null, locked: false };
 const measured: Measured = { gamma_mps2: null, phi_rad: null, harmonics: [], rms_mps2: null, volts_peak: null };
 const result: Result = {
-    number: null, age_s: null, drive: null, current: true, v_D_mps: null, D_m: null, efficiency: null, bench_check: null, bench_alarm: false, mu: null, stick: [], shortest_visible_stick: null, periods: null, steady: false,
+    number: null, age_s: null, drive: null, current: true, v_D_mps: null, D_m: null, efficiency: null, bench_check: null, bench_alarm: false, mu: null, mu_refused: "", friction: [], stick: [], shortest_visible_stick: null, periods: null, steady: false,
 };
 const outlook: Outlook = { before_periods: 0, walking_periods: 0, walk_mps: null, walk_from: null, way_m: null, recorded: {} };
 const jitter: Jitter = { bins_s: [], counts: [], worst_s: null };

@@ -75,6 +75,8 @@ export interface Result {
     bench_check: Estimate | null;  // acceleration of the base by the cameras over that by the accelerometer
     bench_alarm: boolean;  // they disagree
     mu: Estimate | null;
+    mu_refused: string;  // why Coulomb's law, of which it is a parameter, does not describe the measurements; "": it does
+    friction: [number, number, number][];  // v_R in m/s, mu at it and its error, of the newest measurement
     stick: [number, number][];  // from and to, units of the period
     shortest_visible_stick: Known;  // shortest interval that would have been detected, units of the period
     periods: Known;

@@ -38,7 +38,7 @@ export function makeNumbers(store: Store): () => void {
         setText(at["v-D"], withErrors(result.v_D_mps, 1e3));
         setText(at.D, withErrors(result.D_m, 1e3));
         setText(at.efficiency, withErrors(result.efficiency, 100));
-        setText(at.mu, withError(result.mu));
+        setText(at.mu, result.mu_refused ? unknown : withError(result.mu));
         setText(at.ratio, excess(result.bench_check) + (result.bench_alarm ? ", they disagree" : ""));
         showOrigin(result);
         setText(at.steady, steadyWords(state));
@@ -87,10 +87,11 @@ export function stickWords(stick: Result["stick"], shortest: Known): string {
     return shortest >= 1 ? "sticks: not known, too few frames or slips too short" : `never sticks for over ${fixed(shortest, 3)} T`;
 }
 
-function originWords({ number: count, drive, current, stick, shortest_visible_stick }: Result, when: string): string {
+function originWords({ number: count, drive, current, stick, shortest_visible_stick, mu_refused }: Result, when: string): string {
     const at = drive === null ? "" :
         `: γ ${acceleration(drive.gamma_mps2)}, φ ${angle(drive.phi_rad)}, f ${number(drive.frequency_hz)} Hz, ρ ${number(drive.rho, 3)}`;
-    return `${current ? "" : "⚠ The set-point has changed since. "}Measurement ${count} at ${when}${at}; ${stickWords(stick, shortest_visible_stick)}`;
+    return `${current ? "" : "⚠ The set-point has changed since. "}Measurement ${count} at ${when}${at}; ${stickWords(stick, shortest_visible_stick)}${
+        mu_refused ? `; no single μ: ${mu_refused}` : ""}`;
 }
 
 /** Share of the picture, at each end, that the walker's middle may not enter. */

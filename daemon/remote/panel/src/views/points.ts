@@ -12,21 +12,10 @@ import { pointsOf } from "../results";
 import type { Store } from "../store";
 import type { Theme, Themes } from "../theme";
 import { offerSetPoint } from "./drive_form";
-import { drawSign, sign } from "./symbols";
+import { drawBar, drawSign, sign } from "./symbols";
 
 const leastHeight = 0.1;  // mm/s
 const nearBy = 14;  // CSS px, from a click to a point
-
-function drawBar(ctx: CanvasRenderingContext2D, x: number, from: number, to: number, cap: number): void {
-    ctx.beginPath();
-    ctx.moveTo(x, from);
-    ctx.lineTo(x, to);
-    for (const y of [from, to]) {
-        ctx.moveTo(x - cap, y);
-        ctx.lineTo(x + cap, y);
-    }
-    ctx.stroke();
-}
 
 /** The set-point of the point that was clicked. */
 function clicked(u: uPlot, found: Curve[], left: number, top: number): SetPoint | null {
@@ -41,7 +30,7 @@ function clicked(u: uPlot, found: Curve[], left: number, top: number): SetPoint 
 /** The law in the units of a plot: g or degrees, and mm/s. Null: a gap. */
 export interface DrawnLaw { label: string; band: boolean; x: number[]; exact: LawValues; closed: LawValues }
 
-export function drawnLaw(law: Law, by: keyof typeof axes): DrawnLaw {
+export function drawnLaw(law: Law, by: keyof typeof axes, refused: boolean): DrawnLaw {
     const { x, exact_mps, closed_form_mps } = law[by];
     const inMillimetres = (values: LawValues): LawValues => {
         const [at_mu, low, high] = [values.at_mu, values.low, values.high].map((all) => all.map((v) => (v === null ? null : 1e3 * v)));
@@ -49,7 +38,7 @@ export function drawnLaw(law: Law, by: keyof typeof axes): DrawnLaw {
     };
     const other = by === "gamma" ? `φ = ${fixed(degrees(law.phi_rad), 0)}°` : `γ = ${fixed(law.gamma_mps2 / paperG, 2)} g`;
     return {
-        label: `${other}, μ = ${withError({ value: law.mu, sigma: law.sigma || null })}`, band: (law.sigma ?? 0) > 0,
+        label: `${other}, μ = ${withError({ value: law.mu, sigma: law.sigma || null })}${refused ? ", refused by the measurements" : ""}`, band: (law.sigma ?? 0) > 0,
         x: x.map((value) => (by === "gamma" ? value / paperG : (value * 180) / Math.PI)), exact: inMillimetres(exact_mps), closed: inMillimetres(closed_form_mps),
     };
 }
@@ -207,7 +196,7 @@ export function makePoints(
         if (points === seen && version === store.resultsVersion && lawReader.law === seenLaw && !plot.stale) return;
         seen = points;
         seenLaw = lawReader.law;
-        law = seenLaw && drawnLaw(seenLaw, axis);
+        law = seenLaw && drawnLaw(seenLaw, axis, (store.state?.result.mu_refused ?? "") !== "");
         version = store.resultsVersion;
         found = curves(pointsOf(points, store.results.values()), by);
         const all = found.flatMap((curve) => curve.points).sort((a, b) => a.x - b.x);

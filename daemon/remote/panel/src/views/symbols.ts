@@ -36,6 +36,18 @@ export function sign(index: number | null, theme: Theme): Sign {
     return { colour: theme[colours[index % colours.length]!], shape: shapes[index % shapes.length]! };
 }
 
+/** An error bar with caps of this half width. */
+export function drawBar(ctx: CanvasRenderingContext2D, x: number, from: number, to: number, cap: number): void {
+    ctx.beginPath();
+    ctx.moveTo(x, from);
+    ctx.lineTo(x, to);
+    for (const y of [from, to]) {
+        ctx.moveTo(x - cap, y);
+        ctx.lineTo(x + cap, y);
+    }
+    ctx.stroke();
+}
+
 export function drawSign(ctx: CanvasRenderingContext2D, s: Sign, x: number, y: number, r: number): void {
     ctx.beginPath();
     s.shape(ctx, x, y, r);
