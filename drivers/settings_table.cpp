@@ -271,14 +271,14 @@ std::vector<std::string> SettingsTable::texts(std::string_view key, std::size_t 
     return values;
 }
 
-std::size_t SettingsTable::choice(std::string_view key, std::initializer_list<std::string_view> allowed,
+std::size_t SettingsTable::choice(std::string_view key, std::span<const std::string_view> allowed,
                                   std::optional<std::size_t> otherwise) {
     const std::string expected = "one of " + quoted_list({allowed.begin(), allowed.end()});
     const toml::node* node = impl_->find(key);
     if (node == nullptr && otherwise) return *otherwise;
     if (node == nullptr) node = &impl_->need(key, expected);
     const auto value = node->value_exact<std::string_view>();
-    const auto* const found = value ? std::find(allowed.begin(), allowed.end(), *value) : allowed.end();
+    const auto found = value ? std::ranges::find(allowed, *value) : allowed.end();
     if (found == allowed.end()) impl_->wrong(key, *node, expected);
     return static_cast<std::size_t>(found - allowed.begin());
 }

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,8 +38,12 @@ public:
     /// Required array of `least` to `most` texts.
     std::vector<std::string> texts(std::string_view key, std::size_t least, std::size_t most);
     /// The index in `allowed` of the value.
-    std::size_t choice(std::string_view key, std::initializer_list<std::string_view> allowed,
+    std::size_t choice(std::string_view key, std::span<const std::string_view> allowed,
                        std::optional<std::size_t> otherwise = {});
+    std::size_t choice(std::string_view key, std::initializer_list<std::string_view> allowed,
+                       std::optional<std::size_t> otherwise = {}) {
+        return choice(key, std::span{allowed.begin(), allowed.size()}, otherwise);
+    }
     /// A quantity as parse_quantity() reads it: a string with a unit ("1.5g"), or a number in SI units.
     double quantity(std::string_view key, Dimension dimension, Range allowed);
     double quantity(std::string_view key, Dimension dimension, Range allowed, double otherwise);

@@ -2,11 +2,16 @@
 // Geometry and targets of a camera's view, from a scene or a session file.
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace shaker {
 
 enum class TargetKind { disc, rectangle, dots, bars, patch, code };
+/// Their words in settings.
+inline constexpr std::array<std::string_view, 6> target_kinds{"disc", "rectangle", "dots",
+                                                              "bars", "patch",     "code"};
+inline std::string_view word(TargetKind kind) { return target_kinds.at(static_cast<std::size_t>(kind)); }
 enum class Polarity { bright, dark };
 
 /// One object to track in a view. Lengths in mm in the object's own plane.

@@ -48,8 +48,7 @@ std::array<int, 4> read_roi(SettingsTable& table) {
 Target read_target(SettingsTable& table, std::set<std::string>& names, double distance_mm) {
     Target target;
     target.name = name_at(table, names);
-    target.kind =
-        static_cast<TargetKind>(table.choice("kind", {"disc", "rectangle", "dots", "bars", "patch", "code"}));
+    target.kind = static_cast<TargetKind>(table.choice("kind", target_kinds));
     const auto length = [&](std::string_view key, std::initializer_list<TargetKind> needed_by) {
         const bool needed = std::find(needed_by.begin(), needed_by.end(), target.kind) != needed_by.end();
         return needed ? table.number(key, length_mm) : table.number(key, length_mm, 0);
@@ -180,7 +179,6 @@ View read_view(SettingsTable& table, std::set<std::string>& taken) {
 }
 
 std::string view_text(const View& view) {
-    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch", "code"};
     std::string text;
     const auto number = [&](const char* key, double x) {
         if (x != 0) text += key + (" = " + to_text(x)) + "\n";
@@ -207,8 +205,8 @@ std::string view_text(const View& view) {
         number("p2", view.lens.p2);
     }
     for (const Target& t : view.targets) {
-        text += "[[camera.target]]\nname = \"" + t.name + "\"\nkind = \"" +
-                kinds.at(static_cast<std::size_t>(t.kind)) + "\"\n";
+        text +=
+            "[[camera.target]]\nname = \"" + t.name + "\"\nkind = \"" + std::string{word(t.kind)} + "\"\n";
         number("diameter_mm", t.diameter_mm);
         number("width_mm", t.width_mm);
         number("pitch_mm", t.pitch_mm);

@@ -198,8 +198,6 @@ std::string why_not_followed(const Target& target, const ImageView& image) {
     }
 }
 
-constexpr std::array kind_words{"disc", "rectangle", "dots", "bars", "patch", "code"};
-
 }  // namespace
 
 Proposals proposed_targets(const ImageView& image) {
@@ -215,7 +213,7 @@ Proposals proposed_targets(const ImageView& image) {
     for (std::size_t i = 0; i < found.size(); ++i) {
         if (out.targets.size() == most_targets || out.refused.size() == most_refused) break;
         Found f = std::move(found[i]);
-        f.target.name = kind_words.at(static_cast<std::size_t>(f.target.kind));
+        f.target.name = word(f.target.kind);
         f.target.roi_px = region_around(f.box, f.target.kind, image);
         std::string why = why_not_followed(f.target, image);
         if (!why.empty() && f.target.kind == TargetKind::code) {  // one of its bars may be hidden
@@ -229,8 +227,7 @@ Proposals proposed_targets(const ImageView& image) {
             add_singles(f.row, found);
             continue;
         }
-        f.target.name = fmt::format("{}{}", kind_words.at(static_cast<std::size_t>(f.target.kind)),
-                                    ++numbers[f.target.kind]);
+        f.target.name = fmt::format("{}{}", word(f.target.kind), ++numbers[f.target.kind]);
         out.targets.push_back(std::move(f.target));
     }
     return out;

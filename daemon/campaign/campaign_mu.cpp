@@ -18,6 +18,7 @@ constexpr double law_share = 0.005;    // of the base's rms velocity, by which a
 constexpr double difference = 0.01;    // of mu, for the derivative
 constexpr double least_change = 0.01;  // of mu
 constexpr double most_change = 0.3;    // of mu, in one step: the law is not linear
+constexpr std::size_t to_judge = 12;   // passes, from which other laws are distinguished
 constexpr double level = 5e-3;         // rad, error of a tilt that is not measured
 
 // The numbers of a schedule are those of its order.
@@ -145,7 +146,7 @@ void MuChoice::fit(bool partners) {
     mu_error_ = found.mu.refused ? NAN : found.mu.error * std::sqrt(std::max(1.0, spread));
     const bool both = !partners || std::isfinite(found.tilt.value);
     reached_ = mu_error_ <= target_ * law_.mu && both;
-    refused_ = found.mu.refused && found.mu.error <= target_ * law_.mu && both;
+    refused_ = found.mu.refused && found.mu.error <= target_ * law_.mu && both && passes_.size() >= to_judge;
 }
 
 std::size_t MuChoice::next(const std::vector<Point>& points, const std::vector<bool>& over,

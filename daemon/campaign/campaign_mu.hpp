@@ -66,7 +66,7 @@ public:
     /// known before the tilt.
     std::size_t next(const std::vector<Point>& points, const std::vector<bool>& over, const Cost& cost);
     /// The target is reached. Never where the passes refuse Coulomb's law: no mu of it is known then, and
-    /// next() ends the campaign where the target would have been reached.
+    /// next() ends the campaign where the target would have been reached, after 12 passes at least.
     [[nodiscard]] bool reached() const noexcept { return reached_; }
     /// "mu 0.11302 +- 0.00018 (0.16 %, target 0.2 %) from 6 passes", or why mu is not known.
     [[nodiscard]] std::string sentence() const;

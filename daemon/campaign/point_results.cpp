@@ -41,7 +41,8 @@ std::vector<MeasuredResult> computed_again(const recorded::RecordingReader& file
 struct Recorded {
     std::vector<MeasuredResult> results;
     std::string missing;
-    double gravity = NAN;  // m/s^2; NaN: without a recording
+    double gravity = NAN;   // m/s^2; NaN: without a recording
+    bool smoothed = false;  // v of the cycles, across kinks
 };
 
 Recorded results_of(const std::filesystem::path& folder, const std::string& name, Source source,
@@ -56,7 +57,11 @@ Recorded results_of(const std::filesystem::path& folder, const std::string& name
     const recorded::RecordingReader reader{file};
     recording::require_known_schema(reader);
     const double gravity = gravity_in(reader);
-    if (source == Source::stored) return {recording::read_results(reader), {}, gravity};
+    if (source == Source::stored)
+        return {recording::read_results(reader),
+                {},
+                gravity,
+                reader.header().schema < recording::unsmoothed_since};
     std::string how;
     Recorded recorded{computed_again(reader, how), {}, gravity};
     remarks.push_back(fmt::format("{}: {}", file.filename().string(), how));
@@ -295,8 +300,10 @@ PointResults point_results(const std::filesystem::path& folder, std::span<const 
     for (const std::string& remark : progress.remarks)
         out.remarks.push_back(fmt::format("{}, {}", journal_name, remark));
     const std::map<std::string, Recorded> recordings = recordings_of(folder, progress, source, out.remarks);
-    for (const auto& [name, recording] : recordings)
+    for (const auto& [name, recording] : recordings) {
         if (std::isfinite(recording.gravity)) out.table.gravity = recording.gravity;
+        out.table.smoothed |= recording.smoothed;
+    }
     for (PointRow row : asked) {
         std::vector<FoundPass> passes;
         if (const auto point = progress.points.find(row.point); point != progress.points.end()) {
@@ -342,7 +349,7 @@ std::vector<law::Point> law_points(const PointsTable& table, int campaign) {
     for (const PointPhase& c : table.cycle) {
         law::Point* p = point(c.point);
         if (p == nullptr || !std::isfinite(c.v_mps)) continue;
-        if (table.smoothed) p->kink_frames = 4.5;  // a quartic over 7 frames, and interpolation
+        if (table.smoothed) p->kink_frames = law::smoothed_frames;
         p->cycle.phase.push_back(c.phase);
         p->cycle.x_m.push_back(c.x_m);
         p->cycle.x_sd_m.push_back(c.x_sd_m);

@@ -303,7 +303,7 @@ void write_points(const std::filesystem::path& file, const std::string& title, c
         recorded::describe_program(process.get(), plan);
         h5::write_text(process.get(), "version", SHAKER_VERSION);
         h5::write_text(process.get(), "kind", kind);
-        h5::set_attribute(process.get(), "schema", std::int64_t{schema_version});
+        h5::set_attribute(process.get(), "schema", std::int64_t{table.smoothed ? 1 : schema_version});
         h5::set_attribute(process.get(), gravity_name, table.gravity);
         each_table(table, [&](const auto& columns, const auto& rows, std::size_t across) {
             write_table(entry.get(), columns, rows, across, table);

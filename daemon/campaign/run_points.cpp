@@ -31,6 +31,7 @@ double add_recording(const std::filesystem::path& recording, std::vector<law::Po
         if (!m.reduction) continue;
         law::Point p = law::point_of(*m.reduction, m.measurement.asked);
         p.time_s = recording::seconds_of(m.measurement.time);
+        if (file.header().schema < recording::unsmoothed_since) p.kink_frames = law::smoothed_frames;
         if (frame_rate_hz > 0) p.phases_per_period = frame_rate_hz / p.frequency;
         law::add_paired(to, std::move(p));
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/point_results.hpp"
@@ -48,23 +49,48 @@ int act_with(TextOf text_of, const manual::Values& values) {
     });
 }
 
+/// The recordings whose measurements are points already.
+class Given {
+public:
+    /// InputError when it was given before, alone or in a campaign.
+    void add(const std::filesystem::path& file) {
+        if (!files_.insert(std::filesystem::weakly_canonical(file)).second)
+            throw InputError{fmt::format(
+                "{}: its measurements are given twice, by its name or in a campaign; give each of them once",
+                file.string())};
+    }
+    void add(const std::filesystem::path& table, const campaign::PointsTable& points) {
+        add(table);
+        std::set<std::string> names;
+        for (const campaign::PointPass& pass : points.passes) names.insert(pass.recording);
+        for (const std::string& name : names)
+            if (!name.empty()) add(table.parent_path() / (name + ".nxs"));
+    }
+
+private:
+    std::set<std::filesystem::path> files_;
+};
+
 // Recordings stand together as one more campaign.
 law::Findings findings_of(const std::vector<std::filesystem::path>& paths, const MuOptions& options) {
     std::vector<law::Point> points, runs;
     int campaigns = 0;
     double place = NAN;  // gravity of those so far
+    Given given;
     for (const std::filesystem::path& path : paths) {
         const std::filesystem::path file = points_file(path);
         double gravity = NAN;
         if (campaign::has_points(file)) {
             const campaign::PointsTable table = campaign::read_points(file);
             gravity = table.gravity;
+            given.add(file, table);
             std::vector<law::Point> own = campaign::law_points(table, campaigns++);
             if (own.empty())
                 throw InputError{fmt::format("{}: the campaign has no measured point", path.string())};
             points.insert(points.end(), std::make_move_iterator(own.begin()),
                           std::make_move_iterator(own.end()));
         } else {
+            given.add(file);
             gravity = campaign::add_recording(file, runs);
         }
         if (std::isnan(options.gravity) && std::isfinite(place) && gravity != place)
@@ -106,6 +132,7 @@ std::string law_text(const std::vector<std::filesystem::path>& campaigns, const 
     if (json) {
         nlohmann::ordered_json j = verdict_json(verdict);
         j["friction"] = friction_json(findings.friction);
+        j["friction_tilt"] = friction_tilt_json(findings.friction);
         return j.dump(2) + "\n";
     }
     const std::string friction = friction_text(findings.friction);

@@ -202,7 +202,6 @@ nlohmann::json proposals_in(const std::filesystem::path& media) {
 
 /// A session.toml. found: of proposals_in(), in a process that the picture may control.
 std::string proposed_session(const nlohmann::json& found, const std::string& quoted_name) {
-    constexpr std::array kinds{"disc", "rectangle", "dots", "bars", "patch", "code"};
     std::string s =
         "# Proposed by \"shakerd track --init\". Lengths are in px: set mm_per_px, and multiply them by "
         "it.\n";
@@ -215,13 +214,13 @@ std::string proposed_session(const nlohmann::json& found, const std::string& quo
     if (!found.at("has_rate").get<bool>())
         s += "frame_rate_hz = 1000.0         # the file does not state it\n";
     s += "mm_per_px = 1.0\nalong = [1.0, 0.0]             # image direction of +x\n";
-    std::array<int, kinds.size()> numbers{};
+    std::array<int, target_kinds.size()> numbers{};
     for (const nlohmann::json& t : found.at("targets")) {
         const auto kind = t.at("kind").get<std::size_t>();
         s += fmt::format(
             "\n[[camera.target]]\nname = \"{0}{1}\"                 # \"walker\", \"base\", or any name\n"
             "kind = \"{0}\"\n",
-            kinds.at(kind), ++numbers.at(kind));
+            target_kinds.at(kind), ++numbers.at(kind));
         for (const char* key : {"diameter_mm", "width_mm", "pitch_mm"})
             if (const double px = t.at(key); px > 0) s += fmt::format("{} = {:.2f}\n", key, px);
         s += fmt::format("roi_px = [{}]\n", fmt::join(t.at("roi_px").get<std::array<int, 4>>(), ", "));

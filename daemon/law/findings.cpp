@@ -279,9 +279,10 @@ Findings analyse(std::vector<Point> points, const CoulombOptions& options, const
     f.coulomb = fit_coulomb(f.points, options);
     f.gravity_tilt = tilt_by_gravity(f.points, f.coulomb);
     f.slopes = fit_slopes(f.points, options.g);
-    const double fitted = std::isfinite(f.coulomb.tilt.value) ? f.coulomb.tilt.value : 0;
-    f.friction = friction_by_velocity(f.points, options.g,
-                                      std::isfinite(f.gravity_tilt.value) ? f.gravity_tilt.value : fitted);
+    const bool by_gravity = std::isfinite(f.gravity_tilt.error);
+    const Fit& tilt = by_gravity ? f.gravity_tilt : f.coulomb.tilt;
+    f.friction = friction_by_velocity(f.points, options.g, {tilt.value, tilt.error},
+                                      by_gravity ? "by gravity" : "by mirror partners");
     f.cosines = cosine_fits(f.points);
     fit_zeros(f, f.coulomb);
     f.no_stick = fit_no_stick(f.nulls, f.coulomb.mu.value, options.g);
@@ -301,21 +302,27 @@ Verdict judge(const Findings& f, bool free_tilt) {
                  {f.gravity_tilt.value, f.gravity_tilt.error});
 }
 
-std::string friction_text(std::span<const FrictionAt> friction) {
-    if (friction.empty()) return {};
+std::string friction_text(const Friction& friction) {
+    if (friction.at.empty()) return {};
     std::string text = fmt::format("{:>12}  {:<24} {:>6}\n", "v_R (mm/s)", "mu between the kinks", "pieces");
-    for (const FrictionAt& f : friction)
+    for (const FrictionAt& f : friction.at)
         text += fmt::format("{:>12.4g}  {:<24} {:>6}\n", 1e3 * f.v_R, with_error(f.mu.value, f.mu.sigma),
                             f.pieces);
-    return text;
+    return text + fmt::format("tilt {} mrad, {}; its error is in each mu\n",
+                              with_error(1e3 * friction.tilt.value, 1e3 * friction.tilt.sigma),
+                              friction.tilt_from);
 }
 
-ordered_json friction_json(std::span<const FrictionAt> friction) {
+ordered_json friction_json(const Friction& friction) {
     ordered_json list = ordered_json::array();
-    for (const FrictionAt& at : friction)
+    for (const FrictionAt& at : friction.at)
         list.push_back(
             {{"v_R_mps", at.v_R}, {"mu", at.mu.value}, {"mu_error", at.mu.sigma}, {"pieces", at.pieces}});
     return list;
+}
+
+ordered_json friction_tilt_json(const Friction& friction) {
+    return {{"rad", friction.tilt.value}, {"error", friction.tilt.sigma}, {"from", friction.tilt_from}};
 }
 
 std::string findings_text(const Findings& f) {
@@ -378,6 +385,7 @@ std::string findings_json(const Findings& f) {
                 {"chi2_without_push", f.coulomb.chi2_without_push}};
     j["points"] = points_json(f);
     j["friction"] = friction_json(f.friction);
+    j["friction_tilt"] = friction_tilt_json(f.friction);
     j["verdict"] = f.verdict ? verdict_json(*f.verdict) : ordered_json{};
     return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

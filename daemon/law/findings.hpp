@@ -79,7 +79,7 @@ struct Findings {
     std::vector<Budget> budgets;    // of mu_ac, mu_k, mu_ns
     std::vector<AskedDrive> asked;  // in the order of the points
     /// Friction by the velocity of slip, on a base tilted as gravity says, else as fitted, else level.
-    std::vector<FrictionAt> friction;
+    Friction friction;
     std::optional<Verdict> verdict;  // only where it was asked for
 };
 
@@ -95,14 +95,16 @@ Verdict judge(const Findings& findings, bool free_tilt);
 /// places; ends with a newline.
 std::string findings_text(const Findings& findings);
 /// Friction by velocity as a table; an empty text without any.
-std::string friction_text(std::span<const FrictionAt> friction);
-/// [{"v_R_mps", "mu", "mu_error", "pieces"}].
-nlohmann::ordered_json friction_json(std::span<const FrictionAt> friction);
+std::string friction_text(const Friction& friction);
+/// [{"v_R_mps", "mu", "mu_error", "pieces"}], and {"rad", "error", "from"} of its tilt.
+nlohmann::ordered_json friction_json(const Friction& friction);
+nlohmann::ordered_json friction_tilt_json(const Friction& friction);
 /// {"gravity_mps2": ..., "fits": [{name, value, error, truth, unit, chi2, freedom, points, note, refused,
 /// gamma_mps2, phi_rad, series}], "covariances": [{names, matrix}], "budgets": {"mu_ac": [{source, share,
 /// input}], ...}, "law": {beyond_3, beyond_3_without_push, chi2_without_push}, "points": [{campaign, point,
 /// v_D_mps, law_v_D_mps, z, doubt, asked_drive: {v_D_mps, v_D_se_mps, correction_mps, model_se_mps,
-/// reason}}], "friction": as of friction_json(), "verdict": as of verdict_json()}. Values that do not exist are null.
+/// reason}}], "friction" and "friction_tilt": as of friction_json(), "verdict": as of verdict_json()}. Values
+/// that do not exist are null.
 std::string findings_json(const Findings& findings);
 
 }  // namespace shaker::law

@@ -38,7 +38,7 @@ struct Point {
     double turn_sd = 0, turn_told = 0;
     double phases_per_period = 0;  // frames of one view in a period; 0: not known
     reduction::Cycle cycle{};      // empty: not measured
-    double kink_frames = 1;        // v of the cycle may be smoothed this close to a kink, frames
+    double kink_frames = 1;        // v of the cycle may be wrong this close to a kink, frames
     std::vector<reduction::StickInterval> stick{};
 
     /// Sets base and base_sd of this harmonic. Harmonic 2 also sets turn_sd; call it after harmonic 1. False
@@ -49,6 +49,8 @@ struct Point {
 /// Standard error of phi by the noise of harmonics 1 and 2, rad.
 double phase_noise(const Point& p) noexcept;
 
+/// kink_frames where v is smoothed: a quartic over 7 frames, and interpolation.
+inline constexpr double smoothed_frames = 4.5;
 /// Views of the walker, where their number is not known.
 inline constexpr double most_views = 2;
 /// The point of one measurement: without number, partner, time and place.

@@ -15,38 +15,54 @@ namespace shaker::law {
 namespace {
 
 constexpr double part_frames = 4;
+// A walker this slow may be at rest: in errors of v, and of the base's velocity, whose scale is another
+// sensor's.
+constexpr double rest_errors = 5, rest_share = 5e-3;
+constexpr double level_error = 5e-4;  // rad, of a base that was set up with a machinist's level
 
-/// The cycle of a point at any phase on its grid, continued beyond one period.
+/// The known phases of a point's cycle, continued beyond one period.
 class Unrolled {
 public:
-    explicit Unrolled(const Point& p) : c_{&p.cycle}, n_{p.cycle.phase.size()} {}
-    [[nodiscard]] double phase(std::size_t i) const {
-        return c_->phase[i % n_] + static_cast<double>(i / n_);
+    explicit Unrolled(const Point& p) : c_{&p.cycle} {
+        for (std::size_t i = 0; i < c_->phase.size(); ++i) {
+            if (!std::isfinite(c_->v_mps[i]) || !std::isfinite(c_->v_base_mps[i])) continue;
+            rows_.push_back(i);
+            most_ = std::max(most_, std::abs(c_->v_base_mps[i]));
+        }
     }
-    [[nodiscard]] double v(std::size_t i) const { return c_->v_mps[i % n_]; }
-    [[nodiscard]] double v_sd(std::size_t i) const { return c_->v_sd_mps[i % n_]; }
-    [[nodiscard]] double v_R(std::size_t i) const { return c_->v_mps[i % n_] - c_->v_base_mps[i % n_]; }
-    [[nodiscard]] std::size_t size() const { return n_; }
+    [[nodiscard]] double phase(std::size_t i) const {
+        return c_->phase[row(i)] + static_cast<double>(i / rows_.size());
+    }
+    [[nodiscard]] double v(std::size_t i) const { return c_->v_mps[row(i)]; }
+    [[nodiscard]] double v_sd(std::size_t i) const { return c_->v_sd_mps[row(i)]; }
+    [[nodiscard]] double v_R(std::size_t i) const { return v(i) - c_->v_base_mps[row(i)]; }
+    [[nodiscard]] std::size_t size() const { return rows_.size(); }
+    /// The base's largest velocity, m/s.
+    [[nodiscard]] double most() const { return most_; }
 
 private:
+    [[nodiscard]] std::size_t row(std::size_t i) const { return rows_[i % rows_.size()]; }
     const reduction::Cycle* c_;
-    std::size_t n_;
+    std::vector<std::size_t> rows_;
+    double most_ = 0;
 };
 
-// Phases of kinks in [0, 1), sorted.
-std::vector<double> kinks(const Point& p, const Unrolled& cycle) {
-    std::vector<double> out;
+struct Kink {
+    double phase = 0, error = 0;  // 0..1, 1
+};
+
+// Sorted.
+std::vector<Kink> kinks(const Point& p, const Unrolled& cycle) {
+    std::vector<Kink> out;
     for (std::size_t i = 0; i < cycle.size(); ++i) {
         const double a = cycle.v_R(i), b = cycle.v_R(i + 1);
         if ((a > 0) != (b > 0))
-            out.push_back(cycle.phase(i) + (cycle.phase(i + 1) - cycle.phase(i)) * a / (a - b));
+            out.push_back({cycle.phase(i) + (cycle.phase(i + 1) - cycle.phase(i)) * a / (a - b)});
     }
-    for (const auto& s : p.stick) {
-        out.push_back(s.from);
-        out.push_back(s.to);
-    }
-    for (double& phase : out) phase -= std::floor(phase);
-    std::ranges::sort(out);
+    for (const auto& s : p.stick)
+        for (const double end : {s.from, s.to}) out.push_back({end, std::isfinite(s.sd) ? s.sd : 0});
+    for (Kink& k : out) k.phase -= std::floor(k.phase);
+    std::ranges::sort(out, {}, &Kink::phase);
     return out;
 }
 
@@ -93,42 +109,8 @@ Solved solve(const Curve& c, double g) {
     return out;
 }
 
-}  // namespace
-
-std::vector<SlipForce> slip_forces(const Point& p) {
-    std::vector<SlipForce> out;
-    if (p.cycle.phase.size() < 20 || !(p.phases_per_period > 0)) return out;
-    const Unrolled cycle{p};
-    const std::vector<double> at = kinks(p, cycle);
-    const double frame = 1 / p.phases_per_period;
-    for (std::size_t i = 0; i < at.size(); ++i) {
-        const double from = at[i] + p.kink_frames * frame,
-                     to = (i + 1 < at.size() ? at[i + 1] : at[0] + 1) - p.kink_frames * frame;
-        if (to - from < part_frames * frame || sticks_at(p, (from + to) / 2)) continue;
-        const double parts = std::floor((to - from) / (part_frames * frame));
-        std::size_t first = 0;
-        while (cycle.phase(first) < from) ++first;
-        for (double part = 1; part <= parts; ++part) {
-            const double end = from + (to - from) * part / parts;
-            double way = 0, widest = 0;  // integral of v_R over the phase; between two phases
-            std::size_t last = first;
-            for (; cycle.phase(last + 1) <= end; ++last) {
-                const double step = cycle.phase(last + 1) - cycle.phase(last);
-                way += step * (cycle.v_R(last) + cycle.v_R(last + 1)) / 2;
-                widest = std::max(widest, step);
-            }
-            const double length = cycle.phase(last) - cycle.phase(first), dt = length / p.frequency;
-            const calibration::Estimate a{(cycle.v(last) - cycle.v(first)) / dt,
-                                          std::hypot(cycle.v_sd(last), cycle.v_sd(first)) / dt};
-            if (length > part_frames * frame / 2 && widest < part_frames * frame && a.sigma > 0)
-                out.push_back({first, last, way / length, a});
-            first = last;
-        }
-    }
-    return out;
-}
-
-std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, double g, double tilt) {
+std::vector<FrictionAt> friction_at(std::span<const Point> points, double g,
+                                    const calibration::Estimate& tilt) {
     constexpr double step = 1.6, unit = 1e-3;                     // m/s
     constexpr std::size_t for_a_line = 3;                         // of unknown slope and scatter
     std::map<std::pair<bool, int>, std::vector<SlipForce>> bins;  // forwards, step of |v_R|
@@ -144,8 +126,9 @@ std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, doub
         double weights = 0, v_R = 0;
         for (Eigen::Index i = 0; i < n; ++i) {
             const SlipForce& f = parts[static_cast<std::size_t>(i)];
-            mu[i] = (key.first ? 1 : -1) * (g * std::sin(tilt) - f.a.value) / (g * std::cos(tilt));
-            sigma[i] = f.a.sigma / (g * std::cos(tilt));
+            mu[i] =
+                (key.first ? 1 : -1) * (g * std::sin(tilt.value) - f.a.value) / (g * std::cos(tilt.value));
+            sigma[i] = f.a.sigma / (g * std::cos(tilt.value));
             line(i, 1) = f.v_R;
             weights += 1 / (sigma[i] * sigma[i]);
             v_R += f.v_R / (sigma[i] * sigma[i]);
@@ -155,9 +138,51 @@ std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, doub
         const Linear fit =
             least_squares(line.leftCols(parts.size() < for_a_line ? 1 : 2), mu, sigma, Weights::by_error);
         const double scatter = fit.freedom > 0 ? std::max(1.0, fit.chi2 / fit.freedom) : 1;
-        out.push_back({v_R, {fit.x[0], std::sqrt(fit.covariance(0, 0) * scatter)}, static_cast<int>(n)});
+        out.push_back({v_R,
+                       {fit.x[0], std::hypot(std::sqrt(fit.covariance(0, 0) * scatter), tilt.sigma)},
+                       static_cast<int>(n)});
     }
     std::ranges::sort(out, {}, &FrictionAt::v_R);
+    return out;
+}
+
+}  // namespace
+
+std::vector<SlipForce> slip_forces(const Point& p) {
+    std::vector<SlipForce> out;
+    const Unrolled cycle{p};
+    if (cycle.size() < 20 || !(p.phases_per_period > 0)) return out;
+    const std::vector<Kink> at = kinks(p, cycle);
+    const double frame = 1 / p.phases_per_period;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        const Kink& next = at[(i + 1) % at.size()];
+        const auto margin = [&](const Kink& k) { return p.kink_frames * frame + 2 * k.error; };
+        const double from = at[i].phase + margin(at[i]),
+                     to = next.phase + (i + 1 < at.size() ? 0 : 1) - margin(next);
+        if (to - from < part_frames * frame || sticks_at(p, (from + to) / 2)) continue;
+        const double parts = std::floor((to - from) / (part_frames * frame));
+        std::size_t first = 0;
+        while (cycle.phase(first) < from) ++first;
+        for (double part = 1; part <= parts; ++part) {
+            const double end = from + (to - from) * part / parts;
+            double way = 0, widest = 0;  // integral of v_R over the phase; between two phases
+            std::size_t last = first;
+            for (; cycle.phase(last + 1) <= end; ++last) {
+                const double step = cycle.phase(last + 1) - cycle.phase(last);
+                way += step * (cycle.v_R(last) + cycle.v_R(last + 1)) / 2;
+                widest = std::max(widest, step);
+            }
+            const double length = cycle.phase(last) - cycle.phase(first), dt = length / p.frequency,
+                         at_rest = std::max(rest_share * cycle.most(),
+                                            rest_errors * std::max(cycle.v_sd(first), cycle.v_sd(last)));
+            const calibration::Estimate a{(cycle.v(last) - cycle.v(first)) / dt,
+                                          std::hypot(cycle.v_sd(last), cycle.v_sd(first)) / dt};
+            const bool whole = length > part_frames * frame / 2 && widest < part_frames * frame;
+            if (whole && a.sigma > 0 && std::abs(way / length) > at_rest)
+                out.push_back({first, last, way / length, a});
+            first = last;
+        }
+    }
     return out;
 }
 
@@ -205,6 +230,21 @@ SlopeFit fit_slopes(std::span<const Point> points, double g) {
     out.covariance = {
         {"mu_k", "tilt"},
         {fit.covariance(0, 0), fit.covariance(0, 1), fit.covariance(1, 0), fit.covariance(1, 1)}};
+    return out;
+}
+
+Friction friction_by_velocity(std::span<const Point> points, double g, const calibration::Estimate& tilt,
+                              std::string_view from) {
+    Friction out{{}, tilt, std::string{from}};
+    if (!std::isfinite(tilt.value) || !std::isfinite(tilt.sigma)) {
+        const Fit slips = fit_slopes(points, g).tilt;
+        const bool known = std::isfinite(slips.value) && std::isfinite(slips.error);
+        out.tilt =
+            known ? calibration::Estimate{slips.value, slips.error} : calibration::Estimate{0, level_error};
+        out.tilt_from = known ? "by the slips, as if friction were the same in both directions"
+                              : "not known, the base is taken as level";
+    }
+    out.at = friction_at(points, g, out.tilt);
     return out;
 }
 

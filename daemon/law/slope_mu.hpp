@@ -1,6 +1,8 @@
 #pragma once
 // mu_k from the walker's acceleration in slip, without any model of v_D; and mu_ns, the paper's definition.
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/law/fit.hpp"
@@ -15,8 +17,9 @@ struct SlipForce {
     calibration::Estimate a{};     // mean acceleration of the walker, m/s^2: its change of v over the time
 };
 /// Parts of at least 4 frames of the slips, Point::kink_frames from the next kink (zeros of v - v_B, and the
-/// ends of stick): the error of v(t) contains what the frames do not resolve there. Empty where the frames
-/// are too few.
+/// ends of stick, these by two of their errors more): the error of v(t) contains what the frames do not
+/// resolve there. Empty where the frames are too few, and where the walker may be at rest: |v_R| below five
+/// errors of v or 0.5 % of the base's largest velocity.
 std::vector<SlipForce> slip_forces(const Point& point);
 
 struct SlopeFit {
@@ -36,10 +39,17 @@ struct FrictionAt {
     calibration::Estimate mu;  // the error contains the pieces' scatter about a line
     int pieces = 0;
 };
-/// tilt: b, rad. By v_R, |v_R| in steps of a factor 1.6; mu is that at the mean v_R, by a line through three
-/// pieces or more, else their mean. Velocities in which no slip stays for 4 frames between kinks are
-/// missing.
-std::vector<FrictionAt> friction_by_velocity(std::span<const Point> points, double g, double tilt);
+struct Friction {
+    std::vector<FrictionAt> at;  // by v_R
+    calibration::Estimate tilt;  // b, rad; its error is in each mu
+    std::string tilt_from;       // "by gravity", ...
+};
+/// By v_R, |v_R| in steps of a factor 1.6; mu is that at the mean v_R, by a line through three pieces or
+/// more, else their mean. Velocities in which no slip stays for 4 frames between kinks are missing. tilt, and
+/// the words where it is from; without one that has an error it is that of fit_slopes(), and else zero to 0.5
+/// mrad.
+Friction friction_by_velocity(std::span<const Point> points, double g, const calibration::Estimate& tilt,
+                              std::string_view from);
 
 /// mu_ns: Eq. (8), Theta = 2 asin(pi mu g/gamma), fitted to Theta = phi_0 - pi/2 of all gammas with equal
 /// weights, as in the paper; the error is that of the fit, from the scatter of the Theta (the paper's

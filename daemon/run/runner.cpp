@@ -226,12 +226,11 @@ std::vector<Finding> Runner::check(SelfTestPlan plan) {
     }
     for (const acquisition::RealTimeGrant& g : real_time_)
         if (!g.refused.empty()) findings.push_back({Verdict::warning, "real time", g.refused});
-    if (stop_requests_ > 0) {
-        findings.push_back({Verdict::bad, "self-test", "interrupted; the drive was stopped softly"});
-        return findings;
-    }
-    if (!mixers.empty()) {
-        findings.push_back({Verdict::bad, "mixer", mixers + "; the drive was stopped softly"});
+    const char* const drive = test.drove() ? "; the drive was stopped softly" : "; nothing was driven";
+    if (stop_requests_ > 0 || !mixers.empty()) {
+        findings.push_back(stop_requests_ > 0
+                               ? Finding{Verdict::bad, "self-test", fmt::format("interrupted{}", drive)}
+                               : Finding{Verdict::bad, "mixer", mixers + drive});
         return findings;
     }
     for (const std::string& what : notes_on(collector_.channels().warnings))

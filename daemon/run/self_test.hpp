@@ -40,6 +40,8 @@ public:
     /// Ends it with a soft stop of the drive.
     void leave(Mailbox<DriveCommand>& drive);
     [[nodiscard]] bool done() const noexcept { return state_ == State::done; }
+    /// A drive was begun.
+    [[nodiscard]] bool drove() const noexcept { return sequence_ > 0; }
     /// The trip that stopped the self-test; empty: no limit stopped it.
     [[nodiscard]] const std::optional<safety::Trip>& trip() const noexcept { return trip_; }
     /// Intervals without a drive, and with the drive in force and the base settled.

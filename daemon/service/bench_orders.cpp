@@ -155,7 +155,7 @@ void BenchService::obey(const Begin& order, acquisition::Channels& channels) {
         }
         name_.clear();
         result_.reset();
-        friction_.clear();
+        friction_ = {};
         not_reduced_.clear();
         if (!fits.empty()) log("note", fits);
     });

@@ -113,8 +113,7 @@ void BenchService::take_outcome() {
         result_ = m->reduction;
         origin_ = {origin_.number + 1, m->measurement.asked, part.from_s, part.to_s};
         const law::Point point = law::point_of(*result_, m->measurement.asked);
-        friction_ = law::friction_by_velocity({&point, 1}, bench_.gravity,
-                                              std::isfinite(point.tilt.value) ? point.tilt.value : 0);
+        friction_ = law::friction_by_velocity({&point, 1}, bench_.gravity, point.tilt, "by gravity");
         not_reduced_.clear();
         if (points_.size() == most_points) {
             points_.erase(points_.begin());

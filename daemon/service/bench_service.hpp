@@ -122,7 +122,7 @@ private:
 
     // Written by finished measurements.
     std::shared_ptr<const reduction::Reduction> result_;
-    std::vector<law::FrictionAt> friction_;  // of result_
+    law::Friction friction_;        // of result_
     ResultOrigin origin_;           // of result_; its number continues when a new run removes the result
     std::string not_reduced_;       // reason; empty when the newest measurement was reduced
     double measured_from_s_ = NAN;  // master time of the newest measurement, reduced or not

@@ -231,7 +231,7 @@ struct BenchState {
     bool may_clear = false;
     std::shared_ptr<const reduction::Reduction> result;  // of the newest measurement; null before the first
     ResultOrigin result_origin;                          // of `result`
-    std::vector<law::FrictionAt> friction;               // of `result`: friction against v_R
+    law::Friction friction;                              // of `result`: friction against v_R
     std::string not_reduced;                             // reason why the newest measurement has no result
     double measured_from_s = NAN;  // master time of the newest measurement; NaN before the first
     std::vector<reduction::DrivenPoint> points;   // the newest measurements, oldest first

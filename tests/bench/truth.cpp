@@ -331,8 +331,8 @@ void add_friction(const walker::Friction& friction, double frame_rate_hz, int ru
                         if (e.from == f.from && e.to == f.to)
                             parts.here.add((f.a.value - e.a.value) / paper_g, f.a.sigma / paper_g);
             }
-        const auto found = law::friction_by_velocity(points, paper_g, 0),
-                   truth = law::friction_by_velocity(exact, paper_g, 0);
+        const auto found = law::friction_by_velocity(points, paper_g, {0, 0}, "level").at,
+                   truth = law::friction_by_velocity(exact, paper_g, {0, 0}, "level").at;
         for (const law::FrictionAt& at : found)
             for (const law::FrictionAt& e : truth)
                 if (std::abs(e.v_R - at.v_R) < 0.05 * std::abs(at.v_R) && e.pieces == at.pieces)

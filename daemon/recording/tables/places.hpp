@@ -10,6 +10,8 @@ namespace shaker::recording {
 inline constexpr int schema_version = 9;
 /// Since this version results are reduced as today: a replay computes them to the bit.
 inline constexpr int results_since = 8;
+/// Since this version v of a cycle is not smoothed across kinks.
+inline constexpr int unsmoothed_since = 7;
 /// Since this version targets are followed in pictures as today: a replay computes the tracks to the bit.
 inline constexpr int tracks_since = 9;
 

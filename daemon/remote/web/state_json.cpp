@@ -84,7 +84,7 @@ json result(const service::BenchState& s) {
     all["mu"] = catalogue::json_of(s.mu);
     all["mu_refused"] = s.fitted_mu.refused ? s.fitted_mu.note : "";
     all["friction"] = json::array();
-    for (const law::FrictionAt& at : s.friction)
+    for (const law::FrictionAt& at : s.friction.at)
         all["friction"].push_back({at.v_R, at.mu.value, at.mu.sigma});
     all["steady"] = r && s.measuring;
     return all;

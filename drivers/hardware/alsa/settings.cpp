@@ -1,14 +1,12 @@
 #include "drivers/hardware/alsa/settings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace shaker::alsa {
 
 std::string_view to_text(SampleFormat format) noexcept {
-    constexpr std::array<std::string_view, 4> names{"S32", "S24", "S24_3", "S16"};
-    return names.at(static_cast<std::size_t>(format));
+    return sample_formats.at(static_cast<std::size_t>(format));
 }
 
 int AlsaSettings::ramp_frames() const noexcept {
@@ -71,7 +69,7 @@ AlsaSettings read_alsa_settings(SettingsTable& table) {
     if (const std::string file = table.text("alsa_config", ""); !file.empty())
         s.alsa_config = table.folder() / file;
     s.rate_hz = table.integer("rate_hz", 8000, 768000, s.rate_hz);
-    s.format = static_cast<SampleFormat>(table.choice("format", {"S32", "S24", "S24_3", "S16"}, 0));
+    s.format = static_cast<SampleFormat>(table.choice("format", sample_formats, 0));
     s.period_frames = table.integer("period_frames", 16, 65536, s.period_frames);
     s.buffer_frames = table.integer("buffer_frames", 64, 1 << 20, s.buffer_frames);
     s.full_scale_V = table.number("full_scale_V", {1e-3, 100});

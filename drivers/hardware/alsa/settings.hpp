@@ -1,5 +1,6 @@
 #pragma once
 // Settings of a DAC behind ALSA in a rig file.
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -11,7 +12,8 @@ namespace shaker::alsa {
 /// Memory layout of a sample, little endian. `s24`: 24 bits in the lower three bytes of four; `s24_3`: in
 /// three bytes.
 enum class SampleFormat { s32, s24, s24_3, s16 };
-/// "S32", "S24", "S24_3", "S16", as in settings.
+/// Their words in settings.
+inline constexpr std::array<std::string_view, 4> sample_formats{"S32", "S24", "S24_3", "S16"};
 std::string_view to_text(SampleFormat format) noexcept;
 
 /// Signal on the channel `trigger_channel`.

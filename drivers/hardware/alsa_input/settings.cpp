@@ -68,7 +68,7 @@ InputSettings read_input_settings(SettingsTable& table) {
     if (const std::string file = table.text("alsa_config", ""); !file.empty())
         s.alsa_config = table.folder() / file;
     s.rate_hz = table.integer("rate_hz", 8000, 768000, s.rate_hz);
-    s.format = static_cast<alsa::SampleFormat>(table.choice("format", {"S32", "S24", "S24_3", "S16"}, 0));
+    s.format = static_cast<alsa::SampleFormat>(table.choice("format", alsa::sample_formats, 0));
     s.period_frames = table.integer("period_frames", 16, 65536, s.rate_hz / 500);
     s.buffer_frames = table.integer("buffer_frames", 64, 1 << 20, s.rate_hz / 5 * 2);
     s.channels = channels_at(table);

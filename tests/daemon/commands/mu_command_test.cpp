@@ -66,10 +66,15 @@ TEST_F(MuCommandTest, PrintsMuOfOneAndSeveralCampaigns) {
     ASSERT_EQ(one.status, 0) << one.err;
     const auto j = nlohmann::json::parse(one.out);
     EXPECT_NEAR(j.at("fits").at(0).at("value").get<double>(), 0.113, 1e-6);
-    const test::Outcome two = test::shakerd("mu . campaign.nxs --level", folder_);
+    std::filesystem::create_directory(folder_ / "other");
+    std::filesystem::copy_file(folder_ / "campaign.nxs", folder_ / "other/campaign.nxs");
+    const test::Outcome two = test::shakerd("mu . other --level", folder_);
     EXPECT_EQ(two.status, 0) << two.err;
     EXPECT_NE(two.out.find("mu_ac"), std::string::npos);
     EXPECT_NE(two.out.find("of 24 points"), std::string::npos) << two.out;
+    const test::Outcome same = test::shakerd("mu . campaign.nxs", folder_);
+    EXPECT_EQ(same.status, 2);
+    EXPECT_NE(same.err.find("campaign.nxs: its measurements are given twice"), std::string::npos) << same.err;
 }
 
 TEST_F(MuCommandTest, GravityIsThatOfTheBench) {
@@ -174,7 +179,9 @@ TEST_F(MuCommandTest, RefusedMuStandsBehindTheLawThatHolds) {
     EXPECT_EQ(law.status, 0);
     auto found = nlohmann::json::parse(law.out);
     EXPECT_EQ(found["friction"], j["friction"]);
+    EXPECT_EQ(found["friction_tilt"], j["friction_tilt"]);
     found.erase("friction");
+    found.erase("friction_tilt");
     EXPECT_EQ(found, j["verdict"]);
 
     const auto coulomb = nlohmann::json::parse(mu_text({folder_ / "campaign.nxs"}, {}, true));

@@ -74,7 +74,7 @@ TEST(SlopeFitTest, FrictionByVelocityIsThatOfTheLaw) {
         for (const double phi : {0.0, 1.0, 2.2, 3.14, 4.1, 5.3})
             points.push_back(with_cycle(
                 gamma, phi, {.mu_k = 0.113, .mu_s = 0.113, .viscous = 3.5, .backward = 1.1}, 1e-3));
-    const auto found = friction_by_velocity(points, paper_g, 1e-3);
+    const auto found = friction_by_velocity(points, paper_g, {1e-3, 1e-6}, "told").at;
     ASSERT_GE(found.size(), 8U);
     EXPECT_LT(found.front().v_R, -0.1);
     EXPECT_GT(found.back().v_R, 0.1);
@@ -83,7 +83,7 @@ TEST(SlopeFitTest, FrictionByVelocityIsThatOfTheLaw) {
         EXPECT_NEAR(f.mu.value, mu, 2e-2 * mu) << f.v_R;
         EXPECT_GE(f.pieces, 1);
     }
-    EXPECT_TRUE(friction_by_velocity({}, paper_g, 0).empty());
+    EXPECT_TRUE(friction_by_velocity({}, paper_g, {0, 0}, "").at.empty());
 }
 
 // A table of before has a v(t) that is smoothed across kinks: parts keep away from them.
@@ -109,6 +109,35 @@ TEST(SlopeFitTest, PartsKeepTheirDistanceFromKinks) {
     p.kink_frames = 4.5;
     EXPECT_GT(nearest(), 4.2);
     EXPECT_FALSE(slip_forces(p).empty());
+}
+
+// A tilt that nobody told is that of the slips, and its error is in each mu.
+TEST(SlopeFitTest, FrictionByVelocityTakesTheTiltOfTheSlips) {
+    const std::vector<Point> points = cycles({0.113, 0.113}, 5e-3);
+    const Friction found = friction_by_velocity(points, paper_g, {0.1, NAN}, "by gravity");
+    EXPECT_NEAR(found.tilt.value, 5e-3, 1e-4);
+    EXPECT_NE(found.tilt_from.find("by the slips"), std::string::npos);
+    for (const FrictionAt& f : found.at) {
+        EXPECT_NEAR(f.mu.value, 0.113, 1e-3) << f.v_R;
+        EXPECT_GE(f.mu.sigma, found.tilt.sigma);
+    }
+    const Friction told = friction_by_velocity(points, paper_g, {5e-3, 2e-3}, "by gravity");
+    EXPECT_EQ(told.tilt_from, "by gravity");
+    EXPECT_GE(told.at.front().mu.sigma, 2e-3);
+}
+
+// A walker at rest whose stick was not found: noise gives v_R signs, and the base's acceleration is no
+// friction.
+TEST(SlopeFitTest, RestIsNoSlip) {
+    std::mt19937_64 random{5};
+    std::normal_distribution<double> noise{0, 4e-5};
+    Point p = with_cycle(0.1, 1.57, {0.113, 0.113}, 0);
+    for (double& v : p.cycle.v_mps) v += noise(random);
+    for (double& sd : p.cycle.v_sd_mps) sd = 4e-5;
+    p.stick.clear();
+    EXPECT_TRUE(slip_forces(p).empty());
+    for (double& v : p.cycle.v_mps) v += 2e-5;  // rest between two zeros that are far apart
+    EXPECT_TRUE(slip_forces(p).empty());
 }
 
 // Phases that no frame shows are not bridged.

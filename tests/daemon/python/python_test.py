@@ -168,6 +168,8 @@ class PythonTest(unittest.TestCase):
     def test_friction_of_one_run(self):
         with shakerd.Recording("run.nxs") as run, unittest.mock.patch.dict(os.environ, SHAKERD=str(PROGRAM)):
             verdict = run.law()
+        twice = subprocess.run([PROGRAM, "law", "run.nxs", "./run.nxs"], capture_output=True, text=True)
+        self.assertEqual((twice.returncode, "given twice" in twice.stderr), (2, True))
         v_R, mu = verdict["friction"]["v_R"], verdict["friction"]["mu"]
         self.assertTrue(v_R.value.min() < 0 < v_R.value.max())
         np.testing.assert_array_less(abs(mu.value - 0.113), 4 * mu.error)
