@@ -154,7 +154,7 @@ sandbox::Confinement confinement_for_points(const std::vector<std::filesystem::p
 manual::Command mu_row() {
     return {
         .name = "mu",
-        .summary = "Fit the friction coefficient to the points of campaigns and recordings",
+        .summary = "Fit the friction coefficient to campaigns and recordings",
         .details =
             "mu_ac: exact Coulomb law at the measured drives, with tilt and the walker's push on the base. "
             "mu_k: slopes of v(t) in slips. mu_ns: the paper's no-stick formula, 13 to 23 % too low. Budgets "
@@ -168,7 +168,7 @@ manual::Command mu_row() {
 manual::Command law_row() {
     return {
         .name = "law",
-        .summary = "Judge which law of friction describes the points of campaigns and recordings",
+        .summary = "Judge which law of friction describes campaigns or recordings",
         .details =
             "First friction against the velocity of slip, free of any law. Then each law is fitted to v_D of "
             "all points at their measured drives, and to harmonics 9 to 16 of the base, which the walker's "
