@@ -87,6 +87,7 @@ MuChoice::MuChoice(double target, double planned, double g)
 
 void MuChoice::add(law::Point pass) {
     if (!std::isfinite(pass.v_D.value) || !(pass.v_D.sigma > 0)) return;
+    pass.cycle = {};  // the fit does not need it, and there may be thousands of passes
     passes_.push_back(std::move(pass));
     changed_ = true;
 }

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/walker/no_stick.hpp"
-
 namespace shaker::campaign {
 
 namespace {

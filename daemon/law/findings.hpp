@@ -78,7 +78,7 @@ struct Findings {
     std::vector<Fit> nulls, reversals, thresholds;
     std::vector<Budget> budgets;    // of mu_ac, mu_k, mu_ns
     std::vector<AskedDrive> asked;  // in the order of the points
-    /// Friction by the velocity of slip, on a base tilted as gravity says, else as fitted, else level.
+    /// Friction by the velocity of slip; the tilt by gravity, else by mirror partners, else without both.
     Friction friction;
     std::optional<Verdict> verdict;  // only where it was asked for
 };

@@ -2,8 +2,8 @@
 // independent walker makes the points; the verdict is counted.
 //   --count N (22): scenes   --seed N (1): of the first   --jobs N (2): at a time
 //   --apart N (1): numbers from one seed to the next; 11 keeps to one law
-//   --campaigns N (0): so many whole campaigns by plans/law.toml on simulated benches instead of points, each
-//   law that a scene can have; what they can tell is not counted then
+//   --campaigns N (0): so many whole campaigns by plans/law.toml on simulated benches, instead of points;
+//   only laws that a scene file has. Column "distinguishable" is 0 then: nobody decides it beforehand
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>

@@ -310,12 +310,10 @@ void add_friction(const walker::Friction& friction, double frame_rate_hz, int ru
                               .frame_rate_hz = frame_rate_hz,
                               .friction = friction};
                 const auto number = static_cast<std::uint64_t>(1000 * (seed + i)) + points.size();
-                reduction::Reduction r = reduction::reduce(measured(s, number));
+                const reduction::Reduction r = reduction::reduce(measured(s, number));
                 law::Point p =
                     law::point_of(r, {.frequency = frequency, .gamma = gamma * paper_g, .phi = phi});
                 p.phases_per_period = frame_rate_hz / frequency;
-                p.cycle = std::move(r.cycle);
-                p.stick = std::move(r.stick);
                 points.push_back(p);
                 const Walk walk{s, number + 1000000};
                 for (std::size_t k = 0; k < p.cycle.phase.size(); ++k) {

@@ -74,19 +74,18 @@ TEST(SlopeFitTest, FrictionByVelocityIsThatOfTheLaw) {
         for (const double phi : {0.0, 1.0, 2.2, 3.14, 4.1, 5.3})
             points.push_back(with_cycle(
                 gamma, phi, {.mu_k = 0.113, .mu_s = 0.113, .viscous = 3.5, .backward = 1.1}, 1e-3));
-    const auto found = friction_by_velocity(points, paper_g, {1e-3, 1e-6}, "told").at;
+    const auto found = friction_by_velocity(points, paper_g, {1e-3, 1e-6}, "by gravity").at;
     ASSERT_GE(found.size(), 8U);
     EXPECT_LT(found.front().v_R, -0.1);
     EXPECT_GT(found.back().v_R, 0.1);
     for (const FrictionAt& f : found) {
         const double mu = 0.113 * (f.v_R < 0 ? 1.1 : 1) + 3.5 * std::abs(f.v_R) / paper_g;
         EXPECT_NEAR(f.mu.value, mu, 2e-2 * mu) << f.v_R;
-        EXPECT_GE(f.pieces, 1);
     }
     EXPECT_TRUE(friction_by_velocity({}, paper_g, {0, 0}, "").at.empty());
 }
 
-// A table of before has a v(t) that is smoothed across kinks: parts keep away from them.
+// In a table of version 1, v(t) is smoothed across kinks: parts keep a larger distance from them.
 TEST(SlopeFitTest, PartsKeepTheirDistanceFromKinks) {
     Point p = with_cycle(2.0, 1.57, {0.113, 0.113}, 0);
     const auto nearest = [&] {
@@ -106,12 +105,12 @@ TEST(SlopeFitTest, PartsKeepTheirDistanceFromKinks) {
     };
     EXPECT_GT(nearest(), 0.7);
     EXPECT_LT(nearest(), 1.5);
-    p.kink_frames = 4.5;
+    p.kink_frames = smoothed_frames;
     EXPECT_GT(nearest(), 4.2);
     EXPECT_FALSE(slip_forces(p).empty());
 }
 
-// A tilt that nobody told is that of the slips, and its error is in each mu.
+// Where no tilt with an error is given, that of the slips is taken; its error is in each mu.
 TEST(SlopeFitTest, FrictionByVelocityTakesTheTiltOfTheSlips) {
     const std::vector<Point> points = cycles({0.113, 0.113}, 5e-3);
     const Friction found = friction_by_velocity(points, paper_g, {0.1, NAN}, "by gravity");
@@ -121,9 +120,9 @@ TEST(SlopeFitTest, FrictionByVelocityTakesTheTiltOfTheSlips) {
         EXPECT_NEAR(f.mu.value, 0.113, 1e-3) << f.v_R;
         EXPECT_GE(f.mu.sigma, found.tilt.sigma);
     }
-    const Friction told = friction_by_velocity(points, paper_g, {5e-3, 2e-3}, "by gravity");
-    EXPECT_EQ(told.tilt_from, "by gravity");
-    EXPECT_GE(told.at.front().mu.sigma, 2e-3);
+    const Friction given = friction_by_velocity(points, paper_g, {5e-3, 2e-3}, "by gravity");
+    EXPECT_EQ(given.tilt_from, "by gravity");
+    EXPECT_GE(given.at.front().mu.sigma, 2e-3);
 }
 
 // A walker at rest whose stick was not found: noise gives v_R signs, and the base's acceleration is no
