@@ -313,7 +313,7 @@ template <>
 void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/) {
     require_allowed("mu", order.mu.value, allowed_friction);
     require_allowed("error of mu", order.mu.sigma, {0, order.mu.value});
-    if (const law::Fit& fit = live_mu_.mu(); std::isfinite(fit.value))
+    if (const law::Fit& fit = live_mu_.mu(); std::isfinite(fit.value) && !fit.refused)
         throw InputError{fmt::format("mu {:.4g}: the measurements give mu {:.4g} +- {:.2g}, which is used",
                                      order.mu.value, fit.value, fit.error)};
     mu_ = order.mu;

@@ -1,5 +1,7 @@
 #include "daemon/service/live_mu.hpp"
 
+#include <algorithm>
+
 #include "drivers/errors.hpp"
 
 namespace shaker::service {
@@ -7,6 +9,7 @@ namespace shaker::service {
 namespace {
 
 constexpr std::size_t newest_points = 40;  // 0.1 s of work
+constexpr double refused_share = 0.2;      // error of a mu whose law the measurements refuse
 
 }  // namespace
 
@@ -32,6 +35,10 @@ bool LiveMu::follow() {
     if (!is_ready(fit_)) return false;
     mu_ = fit_.get().mu;
     return true;
+}
+
+calibration::Estimate LiveMu::to_predict() const noexcept {
+    return {mu_.value, mu_.refused ? std::max(mu_.error, refused_share * mu_.value) : mu_.error};
 }
 
 }  // namespace shaker::service

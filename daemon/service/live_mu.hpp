@@ -20,6 +20,8 @@ public:
     bool follow();
     /// mu_ac of the newest fit; NaN with the reason in its note when it is not known.
     [[nodiscard]] const law::Fit& mu() const noexcept { return mu_; }
+    /// The same for predictions of walks: a mu that the measurements refuse is known to 20 %.
+    [[nodiscard]] calibration::Estimate to_predict() const noexcept;
 
 private:
     double g_;

@@ -93,7 +93,7 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
                     .query =
                         [&bench](scpi::Call& call) {
                             reply_estimate(call, mu_of(*bench.state()));
-                            call.reply.word("COULOMB");
+                            call.reply.word(bench.state()->fitted_mu.refused ? "REFUSED" : "COULOMB");
                         },
                     .without = [](scpi::Reply& reply) { no_null(reply, "COULOMB"); }});
     for (const reduction::Quantity& q : reduction::quantities)

@@ -324,5 +324,15 @@ TEST_F(ScpiPortTest, QueryWithoutResultAnswersNanInItsShape) {
     }
 }
 
+TEST_F(ScpiPortTest, AMuThatTheMeasurementsRefuseIsNamedSo) {
+    bench.mu_refused = true;
+    std::string told;
+    for (int i = 0; i < 200 && !told.ends_with("REFUSED"); ++i) {
+        told = ask("FETC:MU?");
+        std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    }
+    EXPECT_EQ(told, "8.30000000E-02,1.00000000E-05,REFUSED");
+}
+
 }  // namespace
 }  // namespace shaker::remote

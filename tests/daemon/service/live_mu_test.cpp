@@ -12,8 +12,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// A measurement of a walker by this law.
-reduction::Reduction measured(const Drive& drive, const law::Coulomb& truth) {
+/// A measurement of a walker by this law. viscous: v_D is lower by this share of gamma/omega.
+reduction::Reduction measured(const Drive& drive, const law::Coulomb& truth, double viscous = 0) {
     reduction::Reduction r;
     r.frequency = {drive.frequency, 1e-6};
     const Harmonics<Acceleration> base = harmonics(drive);
@@ -23,7 +23,7 @@ reduction::Reduction measured(const Drive& drive, const law::Coulomb& truth) {
     law::Point p;
     p.base = base;
     p.frequency = drive.frequency;
-    r.v_D = {law_point(p, truth).v_D, 3e-6};
+    r.v_D = {law_point(p, truth).v_D - viscous * drive.gamma / (two_pi * drive.frequency), 3e-6};
     r.periods.resize(40);
     return r;
 }
@@ -64,6 +64,19 @@ TEST(LiveMuTest, NewestFortyCount) {
     live.follow();
     EXPECT_NEAR(live.mu().value, 0.113, 4 * live.mu().error);
     EXPECT_EQ(live.mu().points, 40);
+}
+
+TEST(LiveMuTest, ARefusedMuPredictsWithALargeError) {
+    LiveMu live{paper_g, false};
+    for (const double gamma : {0.7, 1.0, 1.5, 2.0, 3.0}) {
+        const Drive drive{.gamma = gamma * paper_g};
+        live.add(measured(drive, {.mu = 0.113}, 0.02), drive);
+    }
+    live.follow();
+    ASSERT_TRUE(std::isfinite(live.mu().value));
+    EXPECT_TRUE(live.mu().refused);
+    EXPECT_GT(live.to_predict().sigma, 0.19 * live.mu().value);
+    EXPECT_EQ(live.to_predict().value, live.mu().value);
 }
 
 }  // namespace

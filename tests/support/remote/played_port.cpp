@@ -161,6 +161,7 @@ void PlayedPort::turn() {
         state_.waveform.asked.assign(wave, 1.0F);
         state_.waveform.measured.assign(wave, 1.0F);
     }
+    if (mu_refused) state_.fitted_mu = {.value = 0.083, .error = 1e-5, .refused = true};
     state_.now_s += 1e-3;
     if (state_.state == run::RunState::run) state_.measured_from_s = state_.now_s;
     const float now = static_cast<float>(state_.now_s);

@@ -23,6 +23,8 @@ public:
     std::atomic<bool> hung{false};
     /// Steps until a trip is gone after its clear was accepted.
     std::atomic<int> clears_after{0};
+    /// While true, the newest mu is one that the measurements refuse.
+    std::atomic<bool> mu_refused{false};
     /// Points of the published waveform; 0: no waveform.
     std::atomic<std::size_t> wave{0};
     /// Steps between two published states while there is no order.
