@@ -13,9 +13,8 @@ constexpr int most_blocks = 40;   // at one level
 constexpr int fresh_blocks = 15;  // after this many the plant is reset to the identified response
 constexpr double much_worse = 3, least_harm = 0.03;  // times the previous error; of the target
 constexpr double slightly_worse = 1.1;
-constexpr int most_worse = 1;        // consecutive steps
-constexpr double near_enough = 0.3;  // of the target
-constexpr double small_step = 0.1;   // of the target
+constexpr int most_worse = 1;                          // consecutive steps
+constexpr double near_enough = 0.3, small_step = 0.1;  // of the target
 // Of the target; less is the last of the approach, where plants are least linear.
 constexpr double least_event = 0.01;
 constexpr double least_motion = 0.05;  // of the motion expected of the drive
@@ -44,9 +43,8 @@ double sum_of_amplitudes(const Harmonics<Acceleration>& h) {
 }
 
 bool finite(const PeriodWindow& w) {
-    return std::isfinite(w.sd) && std::ranges::all_of(w.measured.a, [](const auto& a) {
-               return std::isfinite(a.real()) && std::isfinite(a.imag());
-           });
+    return std::isfinite(w.sd) &&
+           std::ranges::all_of(w.measured.a, [](const auto& a) { return std::isfinite(std::abs(a)); });
 }
 }  // namespace
 
@@ -210,7 +208,9 @@ void Equaliser::converge(const PeriodWindow& window, double noise) {
 
 void Equaliser::step(const Block& block, double noise) {
     const int k = settings_.harmonics;
-    if (last_)
+    if (!std::exchange(delay_measured_, true))
+        measure_delay(block, noise);
+    else if (last_)
         learn(combined(block.volts, last_->volts, -1), combined(block.measured, last_->measured, -1), noise);
     last_ = block;
     double size = norm(error_of(block.measured), k);

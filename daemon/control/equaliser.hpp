@@ -106,6 +106,7 @@ private:
     [[nodiscard]] Harmonics<Acceleration> error_of(const Harmonics<Acceleration>& measured) const;
     [[nodiscard]] bool moves(const PeriodWindow& window, double noise) const;
     void converge(const PeriodWindow& window, double noise);
+    void measure_delay(const Block& block, double noise);
     void step(const Block& block, double noise);
     [[nodiscard]] bool does_harm(double size);
     void learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise);
@@ -137,6 +138,7 @@ private:
     int waited_ = 0, summed_ = 0, blocks_ = 0;
     int worse_ = 0;  // consecutive steps that increased the error
     double share_ = 1, last_error_ = INFINITY;
+    bool delay_measured_ = false;
     // Following and holding.
     Harmonics<Voltage> drift_, mean_;                               // mean: of V_window + P^+ E
     int followed_ = 0, averaged_ = 0, held_windows_ = 0, far_ = 0;  // windows; averaged_: in mean_

@@ -30,7 +30,7 @@ Harmonics<Unit> harmonics_of(const Vector& v) {
     return h;
 }
 
-Eigen::Matrix2d turn(std::complex<double> c) {
+Eigen::Matrix2d rotation(std::complex<double> c) {
     Eigen::Matrix2d m;
     m << c.real(), -c.imag(), c.imag(), c.real();
     return m;
@@ -63,7 +63,7 @@ PlantMatrix::PlantMatrix(int harmonics, const std::array<std::complex<double>, m
         if (!(std::abs(h) > 0) || !std::isfinite(std::abs(h)))
             throw InputError{"response of the shaker at harmonic " + std::to_string(q + 1) +
                              " is zero or not finite; check the data sheet in [shaker]"};
-        work_->j.block<2, 2>(2 * q, 2 * q) = turn(h);
+        work_->j.block<2, 2>(2 * q, 2 * q) = rotation(h);
         work_->scale.segment<2>(2 * q).setConstant(std::abs(h));
     }
     work_->invert();
@@ -81,6 +81,13 @@ Harmonics<Acceleration> PlantMatrix::motion(const Harmonics<Voltage>& volts) con
 
 Harmonics<Voltage> PlantMatrix::drive(const Harmonics<Acceleration>& motion) const {
     return harmonics_of<Voltage>(work_->inverse * vector_of(motion, work_->k));
+}
+
+void PlantMatrix::scale(const std::array<std::complex<double>, max_harmonics>& factors) {
+    for (Index q = 0; q < work_->k; ++q)
+        work_->j.middleRows<2>(2 * q) =
+            (rotation(factors.at(static_cast<std::size_t>(q))) * work_->j.middleRows<2>(2 * q)).eval();
+    work_->invert();
 }
 
 std::complex<double> PlantMatrix::learn(const Harmonics<Voltage>& stepped,
@@ -104,7 +111,7 @@ std::complex<double> PlantMatrix::learn(const Harmonics<Voltage>& stepped,
             gain = alpha;
             ++w.common_gains;
             for (Index q = 0; q < w.k; ++q)
-                w.j.middleRows<2>(2 * q) = (turn(alpha) * w.j.middleRows<2>(2 * q)).eval();
+                w.j.middleRows<2>(2 * q) = (rotation(alpha) * w.j.middleRows<2>(2 * q)).eval();
         }
     }
     // In volts scaled by the first responses: otherwise the harmonics with a strong response would

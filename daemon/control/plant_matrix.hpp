@@ -23,6 +23,8 @@ public:
     /// response; directions with a singular value below a thousandth of the largest are left out,
     /// because noise in them would become volts.
     [[nodiscard]] Harmonics<Voltage> drive(const Harmonics<Acceleration>& motion) const;
+    /// Harmonic q of the motion becomes factors[q - 1] times what it was.
+    void scale(const std::array<std::complex<double>, max_harmonics>& factors);
     /// Updates P from a step of the drive and the change of motion after it. First applies a common
     /// complex gain if it explains most of the change (returned; else 1), then Broyden's smallest
     /// change of P that reproduces the step. noise: sd of one part of an amplitude in `moved`;

@@ -160,8 +160,7 @@ Measurement usable_part(Measurement m) {
         throw InputError("no accelerometer: " + std::to_string(accel.t_s.size()) +
                          " samples; at least 2 are required to measure the drive");
     }
-    // Slower cameras alias the drive, which no later step would detect.
-    constexpr double least_frames = 5, rate_error = 1e-3;
+    constexpr double rate_error = 1e-3;
     for (const auto* views : {&m.walkers, &m.bases}) {
         const double frames = frames_per_period(*views, f);
         if (frames < least_frames * (1 - rate_error)) {

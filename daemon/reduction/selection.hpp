@@ -8,6 +8,9 @@
 
 namespace shaker::reduction {
 
+/// Fewest pictures a period: slower cameras alias the drive, which no later step would detect.
+inline constexpr double least_frames = 5;
+
 /// The measurement cut to from_s..to_s, without views that have no positions. Each sd_m is raised to at least
 /// a third of its view's median (1 um if the tracker gives none). Accelerometer samples are not cut: their
 /// clock is not aligned yet. Throws InputError that names the stream: no walker, base or accelerometer, lists

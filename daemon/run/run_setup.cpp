@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <boost/uuid/random_generator.hpp>
 #include <boost/uuid/uuid_io.hpp>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "daemon/control/harmonic_estimator.hpp"
 #include "daemon/recording/tables/places.hpp"
 #include "daemon/recording/time_text.hpp"
+#include "daemon/reduction/selection.hpp"
 #include "drivers/errors.hpp"
 #include "drivers/settings_table.hpp"
 #include "drivers/synthesiser.hpp"
@@ -60,9 +62,33 @@ bool measured(const SensorResponse& response) {
            !SettingsTable::from_text(response.file, "response").text("sensor").empty();
 }
 
+// By the fastest view of each target.
+void require_pictures(const Rig& rig, double frequency) {
+    for (const char* target : {"walker", "base"}) {
+        double most = 0;
+        std::string of;
+        for (const auto& camera : rig.cameras) {
+            const View view = camera->view();
+            if (std::ranges::find(view.targets, target, &Target::name) == view.targets.end() ||
+                view.frame_rate_hz <= most)
+                continue;
+            most = view.frame_rate_hz;
+            of = view.camera;
+        }
+        if (of.empty() || most >= reduction::least_frames * frequency) continue;
+        throw InputError{
+            fmt::format("frequency {:.4g} Hz: camera \"{}\" takes {:.2g} pictures a period of the {} and "
+                        "{:.0f} are needed; "
+                        "with its {:.4g} pictures/s at most {:.4g} Hz is allowed",
+                        frequency, of, most / frequency, target, reduction::least_frames, most,
+                        std::floor(10 * most / reduction::least_frames) / 10)};
+    }
+}
+
 }  // namespace
 
 void require_seen(const bench::Bench& bench, const Drive& drive) {
+    require_pictures(bench.rig, drive.frequency);
     const AccelerometerInfo sensor = bench.rig.accelerometer->info();
     const double rate_hz = sensor.rate_hz;
     const int needed = control::least_samples(control::controlled_harmonics);

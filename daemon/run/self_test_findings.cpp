@@ -9,6 +9,7 @@
 
 #include "calibration/clocks/timebase.hpp"
 #include "calibration/harmonics/harmonic_fit.hpp"
+#include "daemon/reduction/check/bench_check.hpp"
 #include "daemon/reduction/selection.hpp"
 #include "daemon/run/self_test.hpp"
 #include "daemon/safety/limits.hpp"
@@ -330,8 +331,8 @@ void Judge::response(const Motion& m) {
                         with_error(got, m.sd[k] / volts), static_cast<double>(k + 1) * test_.plan().frequency,
                         sheet,
                         fits ? ""
-                             : ": check the amplifier's gain, full_scale_V, the masses in [shaker] and the "
-                               "sensor's scale"));
+                             : ": check the amplifier's gain, any volume knob, full_scale_V, the masses in "
+                               "[shaker] and the sensor's scale"));
     }
 }
 
@@ -366,8 +367,8 @@ void Judge::motion() {
                         std::abs(a->a[0]), a->sd[0], std::abs(c->a[0])));
     } else if (a) {
         add(Verdict::bad, "shaker",
-            fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check the amplifier's power "
-                        "and gain, and the cables",
+            fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check amplifier, gain, "
+                        "cables and, without pictures, whether drive_channel and trigger_channel are swapped",
                         std::abs(a->a[0]), a->sd[0], test_.plan().volts));
     }
     if (c && c->seen()) {
@@ -381,7 +382,9 @@ void Judge::motion() {
             add(fits ? Verdict::good : Verdict::warning, "cameras",
                 fmt::format("ratio of the base's acceleration, cameras to accelerometer: {}{}",
                             with_error(ratio, sd),
-                            fits ? "" : ": check mm_per_px, offset_mm and the sensor's scale"));
+                            fits ? ""
+                                 : ": check mm_per_px, offset_mm and the sensor's scale" +
+                                       reduction::scale_cause(ratio)));
         }
     } else if (c) {
         add(Verdict::good, "cameras", "base motion is too small for the cameras at this level");

@@ -321,7 +321,7 @@ void SampleGuard::watch_residual(const Vector& a, const Predicted& predicted, co
     else
         trip(Cause::residual,
              window_.measured() > too_much * window_.predicted() ? StopKind::hard : StopKind::soft, residual,
-             limit, out);
+             residual > limit ? limit : std::min(doubt, residual), out);
 }
 
 // Samples predicted with the larger tolerance are not checked against a smaller new one.

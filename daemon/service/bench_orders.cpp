@@ -317,6 +317,7 @@ void BenchService::obey(const GiveMu& order, acquisition::Channels& /*channels*/
         throw InputError{fmt::format("mu {:.4g}: the measurements give mu {:.4g} +- {:.2g}, which is used",
                                      order.mu.value, fit.value, fit.error)};
     mu_ = order.mu;
+    mu_given_ = true;
     compare_points();
     log("note", fmt::format("mu is {:.4g} by the operator", mu_.value));
 }

@@ -138,7 +138,9 @@ void BenchService::add_row(catalogue::ResultRow row, double ended_s, const std::
 void BenchService::compare_points() {
     mirror_ = mirror_pair(points_);
     if (const auto null = null_phase(points_)) null_ = null;
-    if (const auto mu = live_mu_.to_predict(); std::isfinite(mu.value)) mu_ = mu;
+    if (const auto fit = live_mu_.to_predict();
+        std::isfinite(fit.value) && !(live_mu_.mu().refused && mu_given_))
+        mu_ = fit;
     predict();
     closed_form_.clear();
     for (const reduction::DrivenPoint& p : points_) {

@@ -132,7 +132,8 @@ private:
     std::optional<reduction::NullPhase> null_;
     const bool fits_mu_;
     LiveMu live_mu_;
-    calibration::Estimate mu_;  // by an order until measurements give it
+    calibration::Estimate mu_;  // by an order until measurements give one that they do not contradict
+    bool mu_given_ = false;     // by an order
     std::vector<double> closed_form_;
 
     // Follow from the set-point.

@@ -82,15 +82,16 @@ std::filesystem::path write_bench_files(const MockBenchSettings& s, std::optiona
     const std::filesystem::path config = s.folder / "asound.conf";
     std::filesystem::path rig = std::filesystem::absolute(s.folder / "rig.toml");
     const std::string plugin = std::filesystem::absolute(s.plugin).string();
+    const std::string channels = s.channels > 0 ? fmt::format(" channels {}", s.channels) : "";
     write_text(config, fmt::format("pcm_type.shaker_mock {{ lib \"{0}\" }}\n"
                                    "pcm_type.shaker_mock_line {{ lib \"{0}\" }}\n"
-                                   "pcm.shaker_mock {{ type shaker_mock converter \"{1}\" }}\n"
-                                   "pcm.shaker_line {{ type shaker_mock_line input \"{2}\" }}\n"
+                                   "pcm.shaker_mock {{ type shaker_mock converter \"{1}\"{4} }}\n"
+                                   "pcm.shaker_line {{ type shaker_mock_line input \"{2}\"{4} }}\n"
                                    "ctl_type.shaker_mock_mixer {{ lib \"{0}\" }}\n"
                                    "ctl.shaker_card {{ type shaker_mock_mixer file \"{3}\" }}\n",
                                    plugin, std::filesystem::absolute(s.folder / "converter").string(),
                                    std::filesystem::absolute(s.folder / "line").string(),
-                                   std::filesystem::absolute(s.folder / "mixer").string()));
+                                   std::filesystem::absolute(s.folder / "mixer").string(), channels));
     const std::string sensor =
         iiod_port ? fmt::format(
                         "uri = \"ip:127.0.0.1:{}\"\ndevice = \"{}\"\nrate_hz = {}\nstamps = \"host\"\n"

@@ -31,6 +31,7 @@ struct MockBenchSettings {
     /// With line_input: volts of the output over volts at the input, by a cable in place of shaker and
     /// sensor; 0: none.
     double cable = 0;
+    int channels = 0;          // the card has so many outputs and inputs; 0: as many as are asked for
     bool commissioned = true;  // write a record for the rig file, so that a service drives it
     bool log_codes = false;    // write every output sample to the file "codes" in the folder (see Converter)
 };

@@ -302,7 +302,7 @@ const char* converter_file(snd_config_t* conf) {
         const char* key = nullptr;
         if (snd_config_get_id(entry, &key) < 0) continue;
         if (std::strcmp(key, "comment") == 0 || std::strcmp(key, "type") == 0 ||
-            std::strcmp(key, "hint") == 0)
+            std::strcmp(key, "hint") == 0 || std::strcmp(key, "channels") == 0)
             continue;
         if (std::strcmp(key, "converter") != 0 || snd_config_get_string(entry, &file) < 0) {
             SNDERR("shaker_mock: only `converter \"file\"` is understood, not %s", key);
@@ -341,7 +341,8 @@ SND_PCM_PLUGIN_DEFINE_FUNC(shaker_mock) {
     io.flags = SND_PCM_IOPLUG_FLAG_MONOTONIC | SND_PCM_IOPLUG_FLAG_BOUNDARY_WA;
     if (const int error = snd_pcm_ioplug_create(&io, name, stream, mode); error < 0) return error;
     Plugin* owned_by_pcm = plugin.release();
-    const int error = shaker::mock::constrain(&owned_by_pcm->io, owned_by_pcm->memory().rate_hz, {2, 3, 8});
+    const int error =
+        shaker::mock::constrain(&owned_by_pcm->io, conf, owned_by_pcm->memory().rate_hz, {2, 3, 8});
     if (error < 0) {
         snd_pcm_ioplug_delete(&owned_by_pcm->io);
         return error;

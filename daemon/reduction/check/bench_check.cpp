@@ -4,8 +4,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <boost/math/special_functions/sinc.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "calibration/accelerometer/transverse.hpp"
 #include "drivers/drive.hpp"
@@ -193,6 +195,27 @@ Suspect suspect(const calibration::HarmonicFit& acceleration, const SeenBase& se
 
 }  // namespace
 
+std::string scale_cause(double ratio) {
+    struct Factor {
+        double value;
+        const char* cause;
+    };
+    constexpr std::array factors{
+        Factor{10, "10 (or 1/10) is often the gain of a conditioner that the settings lack"},
+        Factor{100, "100 (or 1/100) is often the gain of a conditioner that the settings lack"},
+        Factor{std::numbers::sqrt2,
+               "1.414 (or its inverse) is often a full_scale_V in rms volts instead of peak volts"},
+        Factor{2, "2 (or 1/2) is often a balanced input of which one line is connected"},
+        Factor{
+            9.80665,
+            "9.81 (or its inverse) is often a sensitivity per m/s^2 that was entered per g, or the reverse"}};
+    constexpr double alike = 0.01;
+    for (const Factor& f : factors)
+        if (std::abs(ratio / f.value - 1) < alike || std::abs(ratio * f.value - 1) < alike)
+            return fmt::format("; a factor of {}", f.cause);
+    return {};
+}
+
 void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes) {
     const auto error_of = [&](const ViewRatio& v) {
@@ -211,14 +234,14 @@ void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
             v.scale_error > 0 || gain_error > 0
                 ? fmt::format("{:.2g} % of it systematic", 100 * std::hypot(v.scale_error, gain_error))
                 : "no systematic error is known";
-        notes.push_back(
-            fmt::format("{}base's acceleration by camera \"{}\" is {:.5f} times that by the "
-                        "accelerometer, "
-                        "{:.0f} standard errors from 1 (one is {:.2g} %; {}): {} is off by {:.2f} %; v_D has "
-                        "the camera's "
-                        "scale, gamma the accelerometer's; {}",
-                        alarm_note, v.view, v.ratio.value, std::abs(std::log(v.ratio.value)) / error_of(v),
-                        100 * error_of(v), known, who, 100 * (v.ratio.value - 1), remedy));
+        notes.push_back(fmt::format(
+            "{}base's acceleration by camera \"{}\" is {:.5f} times that by the "
+            "accelerometer, "
+            "{:.0f} standard errors from 1 (one is {:.2g} %; {}): {} is off by {:.2f} %; v_D has "
+            "the camera's "
+            "scale, gamma the accelerometer's; {}{}",
+            alarm_note, v.view, v.ratio.value, std::abs(std::log(v.ratio.value)) / error_of(v),
+            100 * error_of(v), known, who, 100 * (v.ratio.value - 1), remedy, scale_cause(v.ratio.value)));
     }
     const calibration::Estimate& r = check.second_over_first;
     if (std::abs(r.value - 1) > std::max(alarm * r.sigma, same_response))

@@ -79,6 +79,10 @@ inline constexpr std::string_view alarm_note = "bench check: the ", degraded_not
 void note_gain(GainRatio& check, const calibration::HarmonicFit& acceleration,
                std::span<const SeenBase> views, double gain_error, std::vector<std::string>& notes);
 
+/// What a ratio of two scales of acceleration often comes from, as "; a factor of 10 (or 1/10) is often the
+/// gain ..."; empty for others.
+std::string scale_cause(double ratio);
+
 /// Adds the notes: phi differs, the corner is not known, the corner is large.
 void note_corner(const Corner& corner, double frequency_hz, std::vector<std::string>& notes);
 

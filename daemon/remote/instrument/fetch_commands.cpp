@@ -92,8 +92,9 @@ std::vector<Command> fetch_commands(BenchInstrument& bench) {
     rows.push_back({.header = "FETCh:MU",
                     .query =
                         [&bench](scpi::Call& call) {
-                            reply_estimate(call, mu_of(*bench.state()));
-                            call.reply.word(bench.state()->fitted_mu.refused ? "REFUSED" : "COULOMB");
+                            const auto state = bench.state();
+                            reply_estimate(call, mu_of(*state));
+                            call.reply.word(state->fitted_mu.refused ? "REFUSED" : "COULOMB");
                         },
                     .without = [](scpi::Reply& reply) { no_null(reply, "COULOMB"); }});
     for (const reduction::Quantity& q : reduction::quantities)

@@ -104,11 +104,13 @@ AlsaHandle open_alsa(Direction direction, const std::string& name, const std::fi
     }
     const std::string who = error == -EBUSY ? holders(direction, card_of(name)) : std::string{};
     const std::string held =
-        who.empty() ? ""
-                    : fmt::format(
-                          "; {} held by {}: end that program, or take the card out of its hands (WIRING.md, "
-                          "\"A sound server\")",
-                          card_of(name) < 0 ? "sound cards are" : "its card is", who);
+        error == -ENODEV || error == -ENOENT ? "; \"shakerd devices\" lists the sound cards"
+        : who.empty()
+            ? ""
+            : fmt::format(
+                  "; {} held by {}: end that program, or take the card out of its hands (WIRING.md, "
+                  "\"A sound server\")",
+                  card_of(name) < 0 ? "sound cards are" : "its card is", who);
     check(error, "ALSA device " + name + ": cannot be opened" + held);
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};
 }

@@ -23,7 +23,12 @@ const std::array mistakes{
     Mistake{"lead_off", "", "[[fault]]\nat_s = 0\nwhat = 'open'\n",
             "does not show the motion that the cameras see"},
     Mistake{"conditioner_gain_of_ten_forgotten", "gain_x = 10\n", "",
-            "ratio of the base's acceleration, cameras to accelerometer: 0.1"},
+            "a factor of 10 (or 1/10) is often the gain of a conditioner"},
+    Mistake{"sensitivity_per_mps2_taken_as_per_g", "gain_x = 0.101972\n", "",
+            "is often a sensitivity per m/s^2 that was entered per g"},
+    Mistake{"full_scale_in_rms_volts", "gain_x = 0.707107\n", "", "is often a full_scale_V in rms volts"},
+    Mistake{"drive_behind_the_volume_knob", "", "[[fault]]\nat_s = 0\nwhat = 'amplifier_gain'\nvalue = 0.1\n",
+            "any volume knob"},
     Mistake{"sensor_points_backwards", "gain_x = -1\n", "",
             "the cameras disagree: correct the sign of the sensor's shaker_axis"},
     Mistake{"input_muted", "noise_mps2_rthz = 0\n", "[[fault]]\nat_s = 0\nwhat = 'open'\n",
@@ -36,7 +41,7 @@ const std::array mistakes{
     Mistake{"amplifier_off", "", "[[fault]]\nat_s = 0\nwhat = 'amplifier_gain'\nvalue = 1e-6\n",
             "base does not move"},
     Mistake{"amplifier_gain_of_five", "", "[[fault]]\nat_s = 0\nwhat = 'amplifier_gain'\nvalue = 5\n",
-            "check the amplifier's gain, full_scale_V, the masses"},
+            "check the amplifier's gain, any volume knob, full_scale_V, the masses"},
     Mistake{"lens_of_another_scale", "", "[side]\ntrue_mm_per_px = 0.6\n", "check mm_per_px, offset_mm"}};
 
 struct WrongWiringTest : testing::TestWithParam<Mistake> {};

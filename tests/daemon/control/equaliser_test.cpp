@@ -98,6 +98,40 @@ TEST(EqualiserTest, IgnoresConstantAndDriftingDelay) {
     }
 }
 
+// A sensor that is 7 ms late turns a harmonic of 20 Hz by 50 degrees, one of 40 Hz by 100.
+TEST(EqualiserTest, ReachesTargetThroughALateSensor) {
+    for (const double late : {-2.5, -0.9, 0.5, 0.9, 1.5, 2.5}) {
+        Toy t = toy(1.2, 0.2);
+        t.late = late;
+        Equaliser eq{harmonics(Drive{.gamma = 9.8, .phi = 0.4}), nominal(), {.volts_limit = 1e3}};
+        int windows = 0;
+        for (bool locked = false; !locked && windows < 300; ++windows) {
+            locked = run(eq, t, 1).locked;
+            ASSERT_LT(drive_of(t.base(eq.volts()), 20).gamma, 1.2 * 9.8) << late << ", window " << windows;
+        }
+        EXPECT_LT(windows, 60) << late;
+        EXPECT_NEAR(drive_of(t.base(eq.volts()), 20).phi, 0.4, 5e-3) << late;
+    }
+}
+
+// A resonance turns one harmonic: the others are not turned with it.
+TEST(EqualiserTest, PhaseErrorOfOneHarmonicIsNoDelay) {
+    for (const double rho : {0.4, 1.0})
+        for (const double turn : {0.5, 0.8, 1.2}) {
+            Toy t = toy(1.2, 0);
+            t.h[0] *= std::polar(1.0, turn);
+            Equaliser eq{harmonics(Drive{.gamma = 9.8, .rho = rho}), nominal(), {.volts_limit = 1e3}};
+            int windows = 0;
+            for (bool locked = false; !locked && windows < 300; ++windows) {
+                locked = run(eq, t, 1).locked;
+                double sum = 0;
+                for (const auto& a : t.base(eq.volts()).a) sum += std::abs(a);
+                ASSERT_LT(sum, 1.4 * 9.8) << rho << " " << turn << ", window " << windows;
+            }
+            EXPECT_LT(windows, 80) << rho << " " << turn;
+        }
+}
+
 TEST(EqualiserTest, AttenuatesNoiseInTheDrive) {
     Toy t = toy(0.9, 0.1);
     t.noise = 0.002;

@@ -351,6 +351,20 @@ TEST(RunTest, MissingFolderIsRefusedWithTheNextStep) {
         << o.err;
 }
 
+TEST(RunTest, TooFewPicturesAPeriodAreRefusedBeforeTheDrive) {
+    const auto folder = fresh_folder();
+    std::ofstream{folder / "slow.toml"} << "[top]\nframe_rate_hz = 60\n[side]\nframe_rate_hz = 60\n";
+    const Outcome o = shakerd("run --scene slow.toml -o x.nxs", folder);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(
+        o.err.find("camera \"top\" takes 3 pictures a period of the walker and 5 are needed; with its 60 "
+                   "pictures/s at most 12 Hz is allowed"),
+        std::string::npos)
+        << o.err;
+    EXPECT_EQ(o.err.find("identification"), std::string::npos) << "nothing is driven";
+    EXPECT_EQ(shakerd("run --scene slow.toml --frequency 12Hz --gamma 0.5g --periods 20", folder).status, 0);
+}
+
 TEST(RunTest, HelpListsCommandsAndExitStatuses) {
     const Outcome o = shakerd("--help", fresh_folder());
     EXPECT_EQ(o.status, 0);

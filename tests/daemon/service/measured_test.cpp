@@ -1,6 +1,8 @@
 // A recording by the daemon has every finished measurement of its run and no interrupted one.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "daemon/commands/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
 #include "daemon/recording/tables/trip_table.hpp"
@@ -177,6 +179,32 @@ TEST_F(MeasuredSeriesTest, TripKeepsFinishedMeasurements) {
     EXPECT_EQ(file.scalar("process/reduced_to"), all[1].part.to_s);
     EXPECT_NEAR(file.scalar("results/v_D"), r.last.points[1].v_D.value, r.last.points[1].v_D.sigma);
     EXPECT_TRUE(commands::replay({.file = file_}));
+}
+
+// The measurements of a viscous walker contradict Coulomb's law: its mu predicts walks with an error of 20 %,
+// and gives way to the operator's.
+TEST(GivenMuTest, StandsWhereTheMeasurementsContradictTheirs) {
+    Answers answers;
+    std::vector<test::Move> moves{{in(run::RunState::idle), orders(Begin{periods}, answers)}};
+    for (std::size_t n = 1; n < 6; ++n) {
+        Drive next;
+        next.gamma = (0.35 + 0.05 * static_cast<double>(n)) * paper_g;
+        next.phi = n % 2 == 0 ? 0 : std::numbers::pi;
+        moves.push_back({measured(n), orders(SetDrive{next}, answers)});
+    }
+    calibration::Estimate fitted;
+    moves.push_back({[&](const BenchState& s) {
+                         fitted = s.mu;
+                         return s.points.size() >= 6 && s.fitted_mu.refused;
+                     },
+                     orders(GiveMu{{0.113, 0.002}}, answers)});
+    moves.push_back({measured(8), orders(End{}, answers)});
+    const auto r = test::play_on_call(std::string{slow} + "[walker]\nviscous_per_s = 5\n", quick(),
+                                      test::fresh_folder(), std::move(moves));
+    EXPECT_EQ(answers, Answers(8, ""));
+    EXPECT_TRUE(r.last.fitted_mu.refused) << r.last.fitted_mu.note;
+    EXPECT_GT(fitted.sigma, 0.19 * fitted.value);
+    EXPECT_EQ(r.last.mu.value, 0.113);
 }
 
 }  // namespace

@@ -8,10 +8,15 @@
 
 namespace shaker::mock {
 
-/// Interleaved samples of 16 to 32 bits at this rate with these channel counts; periods and buffers of nearly
-/// any length. Returns libasound's negative error number.
-inline int constrain(snd_pcm_ioplug_t* io, double rate_hz, std::initializer_list<unsigned> channel_counts) {
-    const std::vector<unsigned> channels{channel_counts};
+/// Interleaved samples of 16 to 32 bits at this rate with these channel counts, or only that of the key
+/// `channels` of `conf`; periods and buffers of nearly any length. Returns libasound's negative error number.
+inline int constrain(snd_pcm_ioplug_t* io, snd_config_t* conf, double rate_hz,
+                     std::initializer_list<unsigned> channel_counts) {
+    std::vector<unsigned> channels{channel_counts};
+    snd_config_t* entry = nullptr;
+    long only = 0;
+    if (snd_config_search(conf, "channels", &entry) == 0 && snd_config_get_integer(entry, &only) == 0)
+        channels = {static_cast<unsigned>(only)};
     const unsigned access[] = {SND_PCM_ACCESS_RW_INTERLEAVED};
     const unsigned formats[] = {SND_PCM_FORMAT_S16_LE, SND_PCM_FORMAT_S24_LE, SND_PCM_FORMAT_S24_3LE,
                                 SND_PCM_FORMAT_S32_LE};

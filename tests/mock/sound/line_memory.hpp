@@ -1,5 +1,6 @@
 #pragma once
 // LineMemory: mapped file shared by a mock line input's owner and the PCM plug-in. Clock, faults and samples.
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -9,7 +10,7 @@
 namespace shaker::mock {
 
 struct LineMemory {
-    static constexpr std::uint64_t version = 0x73686b6d6f636b11;
+    static constexpr std::uint64_t version = 0x73686b6d6f636b12;
     static constexpr std::size_t channels = 2, held = std::size_t{1} << 18U;  // samples
     using Frame = std::array<std::atomic<std::int32_t>, channels>;            // left-justified codes
 
@@ -24,9 +25,13 @@ struct LineMemory {
     [[nodiscard]] Frame& frame(std::int64_t index) noexcept {
         return frames[static_cast<std::size_t>(index) % held];
     }
-    /// Samples that have been converted at a time and are recorded.
+    /// A card shows its samples some time after it has converted them, each at the same time: longer than the
+    /// blocks in which they are recorded here.
+    static constexpr std::int64_t shown_after_ns = 10'000'000;
+    /// Samples that are shown at a time.
     [[nodiscard]] std::int64_t due(std::int64_t monotonic_ns) const noexcept {
-        const double n = 1e-9 * rate_hz * static_cast<double>(monotonic_ns - epoch_ns);
+        const double n =
+            std::max(1e-9 * rate_hz * static_cast<double>(monotonic_ns - epoch_ns - shown_after_ns), 0.0);
         return std::min(static_cast<std::int64_t>(std::floor(n)), recorded.load(std::memory_order_acquire));
     }
 };

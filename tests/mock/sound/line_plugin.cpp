@@ -184,7 +184,7 @@ SND_PCM_PLUGIN_DEFINE_FUNC(shaker_mock_line) {
     if (const int error = snd_pcm_ioplug_create(&io, name, stream, mode); error < 0) return error;
     Line* owned_by_pcm = line.release();
     if (const int error =
-            shaker::mock::constrain(&owned_by_pcm->io, owned_by_pcm->memory->nominal_hz, {2, 8});
+            shaker::mock::constrain(&owned_by_pcm->io, conf, owned_by_pcm->memory->nominal_hz, {2, 8});
         error < 0) {
         snd_pcm_ioplug_delete(&owned_by_pcm->io);
         return error;

@@ -17,7 +17,7 @@ namespace shaker::test {
 namespace {
 
 mock::MockBenchSettings settings_for(const std::filesystem::path& folder, double dac_ppm,
-                                     const std::string& changes, bool line_input) {
+                                     const std::string& changes, bool line_input, int channels) {
     if (const std::string refused = private_network(); !refused.empty()) throw std::runtime_error{refused};
     mock::MockBenchSettings s;
     s.scene = simulated::parse_scene(
@@ -27,13 +27,14 @@ mock::MockBenchSettings settings_for(const std::filesystem::path& folder, double
     s.dac_ppm = dac_ppm;
     s.log_codes = true;
     s.line_input = line_input;
+    s.channels = channels;
     return s;
 }
 
 }  // namespace
 
-BenchRun::BenchRun(double dac_ppm, const std::string& changes, bool line_input)
-    : folder{fresh_folder()}, bench{settings_for(folder, dac_ppm, changes, line_input)} {}
+BenchRun::BenchRun(double dac_ppm, const std::string& changes, bool line_input, int channels)
+    : folder{fresh_folder()}, bench{settings_for(folder, dac_ppm, changes, line_input, channels)} {}
 
 BenchRun::~BenchRun() {
     program_.reset();

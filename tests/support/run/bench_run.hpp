@@ -14,8 +14,10 @@ namespace shaker::test {
 /// small machine can render beside everything else.
 class BenchRun {
 public:
-    /// `changes`: to the scene, as TOML (drivers/simulated/SCENES.md). line_input: as MockBenchSettings.
-    explicit BenchRun(double dac_ppm = 0, const std::string& changes = {}, bool line_input = false);
+    /// `changes`: to the scene, as TOML (drivers/simulated/SCENES.md). line_input, channels: as
+    /// MockBenchSettings.
+    explicit BenchRun(double dac_ppm = 0, const std::string& changes = {}, bool line_input = false,
+                      int channels = 0);
     ~BenchRun();
     BenchRun(const BenchRun&) = delete;
     BenchRun& operator=(const BenchRun&) = delete;
