@@ -11,6 +11,7 @@
 #include "daemon/commands/table.hpp"
 #include "daemon/report/printing.hpp"
 #include "daemon/report/results.hpp"
+#include "daemon/run/run_setup.hpp"
 #include "daemon/run/runner.hpp"
 #include "daemon/run/stop_signals.hpp"
 #include "drivers/errors.hpp"
@@ -199,6 +200,7 @@ void run(const run::RunOptions& options) {
         throw InputError{fmt::format("--output {}: there is no folder {}; make it first (mkdir -p {})",
                                      options.out.string(), folder.string(), folder.string())};
     run::Runner runner{{.run = options, .recordings = options.trips}};
+    run::require_pictures(runner.bench().rig, options.drive.frequency);
     for (const std::string& granted : runner.bench().granted) spdlog::info("{}", granted);
     const run::StopSignals signals{runner};
     const run::FinishedRun ended = runner.run();

@@ -27,7 +27,7 @@ constexpr double tone_hz = 100, pulse_hz = 100, low_hz = 2;
 constexpr std::array low_tones{1, 2, 4, 8, 16, 32, 64};  // times low_hz
 constexpr int tone_harmonics = 5;
 constexpr double quiet_s = 2, burst_s = 0.1, tone_s = 1, low_s = 6, low_settle_s = 2, edge_s = 0.02,
-                 lead_s = 0.1, tail_s = 0.3;
+                 lead_s = 0.1, tail_s = 0.3, most_tail_s = 6;
 constexpr double clear = 6;  // errors by which a burst is seen
 
 struct Heard {
@@ -64,8 +64,9 @@ public:
         samples_.clear();
         write(
             length_s, [&](double t) { return envelope(t, length_s) * volts(t); }, pulses);
-        write(
-            tail_s, [](double) { return 0.0; }, false);
+        for (double s = 0; s < most_tail_s && !(heard_s() > from_s + length_s); s += tail_s)
+            write(
+                tail_s, [](double) { return 0.0; }, false);
         Heard heard;
         for (const auto& [tick, a] : samples_) {
             const double t_s = seconds(timebase_.at(tick));
@@ -84,6 +85,10 @@ private:
     static double envelope(double t, double length_s) {
         const double edge = std::min({1.0, t / edge_s, (length_s - t) / edge_s});
         return 0.5 - 0.5 * std::cos(std::numbers::pi * std::max(0.0, edge));
+    }
+    // Time of the newest sample of the input; NaN: none.
+    [[nodiscard]] double heard_s() const {
+        return samples_.empty() ? NAN : seconds(timebase_.at(samples_.back().first));
     }
     [[nodiscard]] double played_s() const { return counted_s(DacTick{tick_}, dac_.rate_hz); }
 

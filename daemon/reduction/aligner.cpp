@@ -190,19 +190,34 @@ void set_lag(Lag& lag, const OwnClock& own, const calibration::HarmonicFit& base
     }
 }
 
-/// Notes a rate that no crystal has.
-void note_rate(const Measurement& m, const calibration::Estimate& base, const OwnClock& own,
-               const calibration::Estimate& ppm, std::vector<std::string>& notes) {
+/// Notes a rate that no crystal has, and whose it is: that of the clock with which neither the other one nor
+/// the nominal frequency agrees.
+void note_rate(const Measurement& m, const calibration::Estimate& base, const OwnClock& own, Alignment& out,
+               std::vector<std::string>& notes) {
+    const calibration::Estimate& ppm = out.ppm;
     constexpr double crystal_ppm = 100;  // one sigma
-    if (std::abs(ppm.value) <= 4 * std::hypot(crystal_ppm, ppm.sigma)) return;
+    const double most_ppm = 4 * std::hypot(crystal_ppm, ppm.sigma);
+    if (std::abs(ppm.value) <= most_ppm) return;
+    const double cameras = base.value / m.frequency_hz - 1, sensor = own.frequency.value / m.frequency_hz - 1;
+    const auto right = [&](double share) { return 1e6 * std::abs(share) <= most_ppm; };
+    const bool of_sensor = m.frequency_is_exact || (right(cameras) && !right(sensor)),
+               of_cameras = !of_sensor && right(sensor) && !right(cameras);
+    const std::string verdict =
+        of_sensor ? "The sample rate in the settings is off; v_D does not depend on it"
+        : of_cameras
+            ? "The frame rate in the settings is off by " + rounded(100 * cameras, 3) +
+                  " %, since accelerometer and nominal frequency agree; the errors of v_D and frequency "
+                  "contain it"
+            : "Check the frame rate and the sample rate in the settings; the errors of v_D and frequency "
+              "contain the difference";
     notes.push_back("the accelerometer's clock is " + rounded(ppm.value, 0) + " +- " + rounded(ppm.sigma, 0) +
                     " ppm off that of the " + (m.frequency_is_exact ? "drive" : "cameras") +
-                    "; a crystal is within 400 ppm. Check the frame rate and the sample rate in the "
-                    "settings: times and v_D may be wrong by the same share (frequency by the "
-                    "accelerometer's clock " +
-                    rounded(own.frequency.value, 4) + " Hz, by the " +
-                    (m.frequency_is_exact ? "drive " : "cameras' ") + rounded(base.value, 4) +
-                    " Hz, nominal " + rounded(m.frequency_hz, 4) + " Hz)");
+                    "; a crystal is within 400 ppm. " + verdict +
+                    " (frequency by the accelerometer's clock " + rounded(own.frequency.value, 4) +
+                    " Hz, by the " + (m.frequency_is_exact ? "drive " : "cameras' ") +
+                    rounded(base.value, 4) + " Hz, nominal " + rounded(m.frequency_hz, 4) + " Hz)");
+    if (of_cameras) out.frame_rate_off = cameras;
+    if (!of_sensor) out.frame_rate_error = std::abs(of_cameras ? cameras : 1e-6 * ppm.value);
 }
 
 void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
@@ -305,7 +320,7 @@ Alignment align(const Measurement& m, std::vector<std::string>& notes) {
     out.late_s = lag.clock.late;
     out.delay_s = lag.clock.delay;
     out.ppm = lag.clock.ppm;
-    note_rate(m, base_f, own, out.ppm, notes);
+    note_rate(m, base_f, own, out, notes);
     out.first_sample = own.first;
     fit_acceleration(m.accelerometer, own.first, out);
     if (lag.compared && !m.accelerometer.dac_clock) follow_drift(m, lag.clock, out, notes);

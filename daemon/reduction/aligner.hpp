@@ -22,6 +22,9 @@ struct Alignment {
     std::array<calibration::HarmonicFit, 2> across;  // of the base on the shaker axis' across_axes(), m/s^2
     calibration::Estimate late_s, ppm;               // of the straight line nearest to the clock
     calibration::Estimate delay_s;                   // t minus master time in the middle of the record
+    /// Share by which the cameras' frame rate in the settings is too high, as accelerometer and nominal
+    /// frequency agree; its error. Both 0 where the clocks differ no more than crystals do.
+    double frame_rate_off = 0, frame_rate_error = 0;
     std::size_t first_sample = 0;    // index of the first accelerometer sample that the cameras cover
     std::vector<double> t_s;         // master time of the accelerometer samples that the cameras cover
     std::vector<double> along_mps2;  // those samples along the shaker's axis

@@ -110,11 +110,12 @@ std::array<std::string, 2> causes_of(const MotionSeries& v) {
         const char *name, *advice;
     };
     std::array<std::string, 2> out;
-    for (const Cause& c : {Cause{v.clipped, "clipped", "shorten the exposure or dim the light"},
-                           {v.slipped, "marks perhaps mistaken for their neighbours",
-                            "keep the marks in view, or use a code of irregular bars"},
-                           {v.doubtful - v.clipped - v.slipped, "partly hidden, blurred, or of a body that turns",
-                            "check light, focus, and what hides it"}}) {
+    for (const Cause& c :
+         {Cause{v.clipped, "clipped", "shorten the exposure or dim the light"},
+          {v.slipped, "marks perhaps mistaken for their neighbours",
+           "keep the marks in view, or use a code of irregular bars"},
+          {v.doubtful - v.clipped - v.slipped, "partly hidden, blurred, or of a body that turns",
+           "check light, focus, and what hides it"}}) {
         if (c.frames == 0) continue;
         const char* const between = out[0].empty() ? "" : ", ";
         out[0] += fmt::format("{}{} {}", between, c.frames, c.name);
@@ -214,7 +215,10 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
                              samples, v.exposure_s, v.scale_error});
     }
     out.gain_ratio = gain_ratio(drive.acceleration, views, gain_error);
-    note_gain(out.gain_ratio, drive.acceleration, views, gain_error, out.notes);
+    GainRatio at_right_rate = out.gain_ratio;  // acceleration goes as the square of the cameras' rate
+    for (ViewRatio& v : at_right_rate.views) v.ratio.value /= std::pow(1 + drive.frame_rate_off, 2);
+    note_gain(at_right_rate, drive.acceleration, views, gain_error, out.notes);
+    out.gain_ratio.alarm = at_right_rate.alarm;
     note_corner(out.corner, f, out.notes);
     out.gain_ratio.alarm = out.gain_ratio.alarm || out.corner.alarm;
     out.degraded = out.degraded || out.corner.large;
@@ -255,6 +259,11 @@ void check_bench(const Measurement& m, const Alignment& drive, Reduction& out) {
         s.v_rms = out.v_rms.value * gain_error;
     }
     if (known && gain_error > 0) s.efficiency = out.efficiency.value * std::hypot(scale / weight, gain_error);
+}
+
+/// The same with an error that contains this share of it.
+calibration::Estimate with_share(const calibration::Estimate& e, double share) {
+    return share == 0 ? e : calibration::Estimate{e.value, std::hypot(e.sigma, share * e.value)};
 }
 
 /// Root mean square of the views' exposures.
@@ -298,7 +307,7 @@ Reduction reduce(Measurement measurement) {
     out.samples_bad = static_cast<int>(bad.count());
     out.degraded = out.degraded || bad.degrade();
     const double f = drive.frequency.value;
-    out.frequency = drive.frequency;
+    out.frequency = with_share(drive.frequency, drive.frame_rate_error);
     out.accelerometer_late_s = drive.late_s;
     out.accelerometer_ppm = drive.ppm;
     out.delay_s = drive.delay_s;
@@ -318,8 +327,8 @@ Reduction reduce(Measurement measurement) {
 
     auto periods = drive_by_period(drive.acceleration, drive.t_s, drive.along_mps2, out.t0_s);
     const Drift drift = measure_drift(m.walkers, f, drive_effect(periods, out), out.notes);
-    out.v_D = drift.v_D;
-    out.v_D_settled = drift.settled;
+    out.v_D = with_share(drift.v_D, drive.frame_rate_error);
+    out.v_D_settled = with_share(drift.settled, drive.frame_rate_error);
     out.D = {drift.v_D.value / f,
              std::hypot(drift.v_D.sigma / f, drift.v_D.value * drive.frequency.sigma / (f * f))};
     out.fit_residual_x_m = drift.residual_m;

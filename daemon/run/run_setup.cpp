@@ -62,33 +62,9 @@ bool measured(const SensorResponse& response) {
            !SettingsTable::from_text(response.file, "response").text("sensor").empty();
 }
 
-// By the fastest view of each target.
-void require_pictures(const Rig& rig, double frequency) {
-    for (const char* target : {"walker", "base"}) {
-        double most = 0;
-        std::string of;
-        for (const auto& camera : rig.cameras) {
-            const View view = camera->view();
-            if (std::ranges::find(view.targets, target, &Target::name) == view.targets.end() ||
-                view.frame_rate_hz <= most)
-                continue;
-            most = view.frame_rate_hz;
-            of = view.camera;
-        }
-        if (of.empty() || most >= reduction::least_frames * frequency) continue;
-        throw InputError{
-            fmt::format("frequency {:.4g} Hz: camera \"{}\" takes {:.2g} pictures a period of the {} and "
-                        "{:.0f} are needed; "
-                        "with its {:.4g} pictures/s at most {:.4g} Hz is allowed",
-                        frequency, of, most / frequency, target, reduction::least_frames, most,
-                        std::floor(10 * most / reduction::least_frames) / 10)};
-    }
-}
-
 }  // namespace
 
 void require_seen(const bench::Bench& bench, const Drive& drive) {
-    require_pictures(bench.rig, drive.frequency);
     const AccelerometerInfo sensor = bench.rig.accelerometer->info();
     const double rate_hz = sensor.rate_hz;
     const int needed = control::least_samples(control::controlled_harmonics);
@@ -111,6 +87,28 @@ void require_seen(const bench::Bench& bench, const Drive& drive) {
                         "Hz by {:+.0f} %; at most {:.0f} % is allowed for a response that was not measured "
                         "here: leave these keys out, then \"shakerd calibrate response\"",
                         drive.frequency, f, 100 * moved, 100 * most_moved)};
+    }
+}
+
+void require_pictures(const Rig& rig, double frequency) {
+    for (const char* target : {"walker", "base"}) {
+        double most = 0;
+        std::string of;
+        for (const auto& camera : rig.cameras) {
+            const View view = camera->view();
+            if (std::ranges::find(view.targets, target, &Target::name) == view.targets.end() ||
+                view.frame_rate_hz <= most)
+                continue;
+            most = view.frame_rate_hz;
+            of = view.camera;
+        }
+        if (of.empty() || most >= reduction::least_frames * frequency) continue;
+        throw InputError{
+            fmt::format("frequency {:.4g} Hz: camera \"{}\" takes {:.2g} pictures a period of the {} and "
+                        "{:.0f} are needed; "
+                        "with its {:.4g} pictures/s at most {:.4g} Hz is allowed",
+                        frequency, of, most / frequency, target, reduction::least_frames, most,
+                        std::floor(10 * most / reduction::least_frames) / 10)};
     }
 }
 

@@ -20,10 +20,12 @@ safety::Limits limits_of_run(safety::Limits limits);
 /// Something other than the data sheet shows the accelerometer's gain: gravity in the reading of its three
 /// axes, or a camera that sees the base.
 bool gain_shown(const Rig& rig);
-/// InputError for a drive that the cameras or the accelerometer do not see well enough: too few pictures or
-/// samples a period, or a response by the settings, without a file, that changes the amplitude of a driven
+/// InputError for a drive that the accelerometer does not see well enough to control it: too few samples a
+/// period, or a response by the settings, without a file, that changes the amplitude of a driven
 /// harmonic by more than a tenth.
 void require_seen(const bench::Bench& bench, const Drive& drive);
+/// InputError where the fastest view of walker or base takes too few pictures a period for a measurement.
+void require_pictures(const Rig& rig, double frequency);
 
 /// Peaks of voltage and motion that a drive needs by the data sheet, each with its limit.
 std::vector<safety::Demand> run_demands(const bench::Bench& bench, const Drive& drive,

@@ -117,7 +117,10 @@ std::string truth_sentence(const PointsTable& table) {
 }  // namespace
 
 void require_possible(const Plan& plan, const std::vector<Point>& points, const bench::Bench& bench) {
-    for (const Point& p : points) run::require_seen(bench, p.asked.drive);
+    for (const Point& p : points) {
+        run::require_seen(bench, p.asked.drive);
+        run::require_pictures(bench.rig, p.asked.drive.frequency);
+    }
     require_within_limits(plan, points, [&](const Drive& drive) {
         return run::run_demands(bench, drive, run::limits_of_run(bench.limits));
     });

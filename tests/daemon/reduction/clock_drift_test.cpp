@@ -156,7 +156,23 @@ TEST_P(ToldRateTest, WrongRateIsNoted) {
     for (auto* views : {&m.walkers, &m.bases})
         for (MotionSeries& s : *views)
             for (double& t : s.t_s) t *= 1 + GetParam();
-    EXPECT_TRUE(say(reduce(m).notes, "a crystal is within 400 ppm"));
+    const Reduction r = reduce(m);
+    EXPECT_TRUE(say(r.notes, "a crystal is within 400 ppm"));
+    EXPECT_TRUE(say(r.notes, "The frame rate in the settings is off by")) << "two of three clocks agree";
+    EXPECT_LT(std::abs(r.v_D.value - drift_velocity({})), 2 * r.v_D.sigma);
+    EXPECT_LT(std::abs(r.frequency.value - SyntheticRun{}.drive.frequency), 2 * r.frequency.sigma);
+    EXPECT_FALSE(r.gain_ratio.alarm) << "no other instrument is named";
+    EXPECT_FALSE(say(r.notes, "mm_per_px"));
+}
+
+// The sensor's sample rate in the settings is wrong: v_D does not depend on it.
+TEST(ToldSampleRateTest, LeavesTheErrorOfTheDrift) {
+    SyntheticRun run;
+    const double sigma = reduce(make_measurement(run)).v_D.sigma;
+    run.ppm = 5000;
+    const Reduction r = reduce(make_measurement(run));
+    EXPECT_TRUE(say(r.notes, "The sample rate in the settings is off"));
+    EXPECT_LT(r.v_D.sigma, 1.1 * sigma);
 }
 
 INSTANTIATE_TEST_SUITE_P(Errors, ToldRateTest, ::testing::Values(0.01, -0.01, 0.001, -0.001));
