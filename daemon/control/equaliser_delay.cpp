@@ -11,7 +11,7 @@ namespace shaker::control {
 namespace {
 constexpr double least_turn = 0.2;  // rad of harmonic 1; steps learn a smaller delay
 constexpr double most_apart = 0.5;  // rad; phases of a delay are proportional to the frequency
-constexpr double strong_share = 0.1, clear_of_noise = 5;
+constexpr double strong_share = 0.1, above_noise = 5;
 }  // namespace
 
 // Harmonics 1 and 2 show a delay: others are turned by it, too. `first_` stays: a step that does harm returns
@@ -19,7 +19,7 @@ constexpr double strong_share = 0.1, clear_of_noise = 5;
 void Equaliser::measure_delay(const Block& block, double noise) {
     const Harmonics<Acceleration> predicted = plant_.motion(block.volts);
     const double strong =
-        std::max(strong_share * norm(block.measured, settings_.harmonics), clear_of_noise * noise);
+        std::max(strong_share * norm(block.measured, settings_.harmonics), above_noise * noise);
     const auto seen = [&](int q) {
         return std::min(std::abs(predicted.at(q)), std::abs(block.measured.at(q))) > strong;
     };
