@@ -1,4 +1,6 @@
-// The delay of sensor and clocks, which the response of a data sheet lacks.
+// The delay of sensor and clocks: the response of a data sheet does not contain it. At 20 Hz, a sensor that
+// is 7 ms late turns harmonic 1 by 50 degrees and harmonic 2 by 100, and corrections by the data sheet with
+// them. An identified response contains it, so nothing changes then.
 #include <algorithm>
 #include <array>
 #include <cmath>

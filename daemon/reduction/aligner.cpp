@@ -1,5 +1,7 @@
 #include "daemon/reduction/aligner.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -203,13 +205,15 @@ void note_rate(const Measurement& m, const calibration::Estimate& base, const Ow
     const bool of_sensor = m.frequency_is_exact || (right(cameras) && !right(sensor)),
                of_cameras = !of_sensor && right(sensor) && !right(cameras);
     const std::string verdict =
-        of_sensor ? "The sample rate in the settings is off; v_D does not depend on it"
-        : of_cameras
-            ? "The frame rate in the settings is off by " + rounded(100 * cameras, 3) +
-                  " %, since accelerometer and nominal frequency agree; the errors of v_D and frequency "
-                  "contain it"
-            : "Check the frame rate and the sample rate in the settings; the errors of v_D and frequency "
-              "contain the difference";
+        of_sensor    ? "The sample rate in the settings is off; v_D does not depend on it"
+        : of_cameras ? fmt::format(
+                           "The frame rate in the settings is off by {} %, since accelerometer and "
+                           "nominal frequency agree; {} it",
+                           rounded(100 * cameras, 3), frame_rate_note)
+                     : fmt::format(
+                           "Check the frame rate and the sample rate in the settings; {} the "
+                           "difference",
+                           frame_rate_note);
     notes.push_back("the accelerometer's clock is " + rounded(ppm.value, 0) + " +- " + rounded(ppm.sigma, 0) +
                     " ppm off that of the " + (m.frequency_is_exact ? "drive" : "cameras") +
                     "; a crystal is within 400 ppm. " + verdict +

@@ -3,6 +3,7 @@
 // shaker axis.
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/harmonics/harmonic_fit.hpp"
@@ -10,6 +11,9 @@
 #include "daemon/reduction/measurement.hpp"
 
 namespace shaker::reduction {
+
+/// Words of a note on a frame rate that is, or may be, off.
+inline constexpr std::string_view frame_rate_note = "the errors of v_D and frequency contain";
 
 /// The measured drive on master time. master = t (1 + 1e-6 ppm) - late, t on the accelerometer's clock.
 struct Alignment {

@@ -361,7 +361,7 @@ std::vector<std::string> doubts_of(const Reduction& r) {
     std::vector<std::string> doubts;
     for (const std::string& note : r.notes)
         if (note.starts_with(alarm_note) || note.starts_with(corner_note) ||
-            note.find(degraded_note) != std::string::npos)
+            note.find(degraded_note) != std::string::npos || note.find(frame_rate_note) != std::string::npos)
             doubts.push_back(note);
     return doubts;
 }

@@ -367,8 +367,8 @@ void Judge::motion() {
                         std::abs(a->a[0]), a->sd[0], std::abs(c->a[0])));
     } else if (a) {
         add(Verdict::bad, "shaker",
-            fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check amplifier, gain, "
-                        "cables and, without pictures, whether drive_channel and trigger_channel are swapped",
+            fmt::format("base does not move: {:.2g} +- {:.1g} m/s^2 at {:.4g} V; check amplifier and cables; "
+                        "without pictures, check whether drive_channel and trigger_channel are swapped",
                         std::abs(a->a[0]), a->sd[0], test_.plan().volts));
     }
     if (c && c->seen()) {

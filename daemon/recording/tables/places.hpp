@@ -7,9 +7,9 @@
 namespace shaker::recording {
 
 /// Version of the layout that this program writes; it reads all versions up to it (FORMAT.md lists them).
-inline constexpr int schema_version = 9;
+inline constexpr int schema_version = 10;
 /// Since this version results are reduced as today: a replay computes them to the bit.
-inline constexpr int results_since = 8;
+inline constexpr int results_since = 10;
 /// Since this version v of a cycle is not smoothed across kinks.
 inline constexpr int unsmoothed_since = 7;
 /// Since this version targets are followed in pictures as today: a replay computes the tracks to the bit.

@@ -103,7 +103,7 @@ AlsaHandle open_alsa(Direction direction, const std::string& name, const std::fi
                        : snd_pcm_open(&pcm, name.c_str(), stream, mode);
     }
     const std::string who = error == -EBUSY ? holders(direction, card_of(name)) : std::string{};
-    const std::string held =
+    const std::string remedy =
         error == -ENODEV || error == -ENOENT ? "; \"shakerd devices\" lists the sound cards"
         : who.empty()
             ? ""
@@ -111,7 +111,7 @@ AlsaHandle open_alsa(Direction direction, const std::string& name, const std::fi
                   "; {} held by {}: end that program, or take the card out of its hands (WIRING.md, "
                   "\"A sound server\")",
                   card_of(name) < 0 ? "sound cards are" : "its card is", who);
-    check(error, "ALSA device " + name + ": cannot be opened" + held);
+    check(error, "ALSA device " + name + ": cannot be opened" + remedy);
     return {pcm, [](void* opened) { snd_pcm_close(static_cast<snd_pcm_t*>(opened)); }};
 }
 

@@ -163,6 +163,7 @@ TEST_P(ToldRateTest, WrongRateIsNoted) {
     EXPECT_LT(std::abs(r.frequency.value - SyntheticRun{}.drive.frequency), 2 * r.frequency.sigma);
     EXPECT_FALSE(r.gain_ratio.alarm) << "no other instrument is named";
     EXPECT_FALSE(say(r.notes, "mm_per_px"));
+    EXPECT_EQ(doubts_of(r).size(), 1U) << "campaign, mu and law name it";
 }
 
 // The sensor's sample rate in the settings is wrong: v_D does not depend on it.
@@ -173,6 +174,7 @@ TEST(ToldSampleRateTest, LeavesTheErrorOfTheDrift) {
     const Reduction r = reduce(make_measurement(run));
     EXPECT_TRUE(say(r.notes, "The sample rate in the settings is off"));
     EXPECT_LT(r.v_D.sigma, 1.1 * sigma);
+    EXPECT_TRUE(doubts_of(r).empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Errors, ToldRateTest, ::testing::Values(0.01, -0.01, 0.001, -0.001));

@@ -183,7 +183,7 @@ TEST_F(MeasuredSeriesTest, TripKeepsFinishedMeasurements) {
 
 // The measurements of a viscous walker contradict Coulomb's law: its mu predicts walks with an error of 20 %,
 // and gives way to the operator's.
-TEST(GivenMuTest, StandsWhereTheMeasurementsContradictTheirs) {
+TEST(GivenMuTest, IsUsedWhereTheMeasurementsContradictTheFittedOne) {
     Answers answers;
     std::vector<test::Move> moves{{in(run::RunState::idle), orders(Begin{periods}, answers)}};
     for (std::size_t n = 1; n < 6; ++n) {
