@@ -39,7 +39,7 @@ inline constexpr std::array<MeasurementField, 3> measurement_fields{{
      "AVERage:PERiods",
      "",
      &MeasurementPlan::periods,
-     {2, 1'000'000},
+     {3, 1'000'000},
      true,
      "as last",
      "Drive periods of a measurement, after settling"},

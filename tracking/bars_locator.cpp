@@ -227,22 +227,19 @@ bool BarsLocator::measure(const ImageView& image, double shift, Candidate& out) 
         // Relative to the common phase, so that no window is off by a whole pitch.
         const double turn = angle(std::conj(w.learned) * w.now * std::conj(all));
         const double weight = std::norm(w.now), strength = std::sqrt(weight);
-        parts_[i] = {strength / w.learned_strength,
-                     noise / w.learned_strength,
-                     -per_radian * (turn + std::arg(all)),
-                     per_radian * noise / strength,
-                     weight,
-                     false};
+        parts_[i] = {strength / w.learned_strength, noise / w.learned_strength,
+                     -per_radian * (turn + std::arg(all)), per_radian * noise / strength, weight};
     }
     exclude_hidden(parts_, 1e-3 * pitch_, scratch_);
-    const StripMean mean = mean_of(parts_);
+    const StripMean mean = mean_of(parts_, windows_.size() / profiles_.bands());
     const double total = static_cast<double>(windows_.size()), used = mean.used;
     if (!(used > 0) || used < 0.2 * total || mean.gain < 0.3 * used || mean.gain > 3 * used) return false;
     // Neighbours overlap by half and share a sixth of their noise: twice that is added to the independent
     // sum.
     const bool overlap = used > static_cast<double>(profiles_.bands());
-    const double sd =
-        per_radian * noise * std::sqrt((1 + (overlap ? 1.0 / 3 : 0.0)) / mean.weight) * mean.excess;
+    const double sd = std::hypot(
+        per_radian * noise * std::sqrt((1 + (overlap ? 1.0 / 3 : 0.0)) / mean.weight) * mean.excess,
+        mean.apart);
     const double along = whole_px + mean.off, across = axis_ == Axis::x ? learned_.y : learned_.x;
     out.at = axis_ == Axis::x ? Point{learned_.x + along, across} : Point{across, learned_.y + along};
     out.sd = sd;

@@ -247,33 +247,26 @@ bool CodeLocator::measure(const ImageView& image, double shift, Start start, Can
         }
         for (StripPart& p : parts_) p.gain_sd *= noise, p.off_sd *= noise;
         exclude_hidden(parts_, 0.01 + stretch * std::abs(shift), scratch_);
-        mean = mean_of(parts_);
+        mean = mean_of(parts_, segments_.size());
         if (!(mean.used > 0)) return false;
         shift = tabulated + mean.off;
         if (std::abs(mean.off) < 2.0 / phases) break;
     }
     if (start == Start::searched || mean.used < 0.75 * total) {
-        for (std::size_t i = 0; i < parts_.size(); ++i)
-            parts_[i].used = parts_[i].used && resemblance(i, at, noise).above(least_likeness);
-        mean = mean_of(parts_);
+        for (std::size_t i = 0; i < parts_.size(); ++i) {
+            const bool alike = resemblance(i, at, noise).above(least_likeness);
+            parts_[i].used = parts_[i].used && alike;
+            parts_[i].apart = parts_[i].apart && alike;
+        }
+        mean = mean_of(parts_, segments_.size());
         shift = at / static_cast<double>(phases) + mean.off;
     }
-    // What the bands of a segment have in common is no noise.
-    double places = 0, scatter = 0;
-    for (std::size_t s = 0; s < segments_.size(); ++s) {
-        double weight = 0, sum = 0;
-        for (std::size_t i = s; i < parts_.size(); i += segments_.size())
-            if (parts_[i].used)
-                weight += parts_[i].weight, sum += parts_[i].weight * (parts_[i].off - mean.off);
-        if (weight > 0) places += 1, scatter += sum * sum / weight;
-    }
     const double used = mean.used;
-    if (places < 2 || used < least_visible * total || mean.gain < 0.2 * used || mean.gain > 5 * used)
+    if (mean.places < 2 || used < least_visible * total || mean.gain < 0.2 * used || mean.gain > 5 * used)
         return false;
     const double along = shift, across = axis_ == Axis::x ? learned_.y : learned_.x;
     out.at = axis_ == Axis::x ? Point{learned_.x + along, across} : Point{across, learned_.y + along};
-    const double common = std::sqrt(scatter / (2 * (places - 1))) / noise;
-    out.sd = noise / std::sqrt(mean.weight) * std::max(mean.excess, common);
+    out.sd = std::hypot(noise / std::sqrt(mean.weight) * mean.excess, mean.apart);
     out.likeness = used / total;
     Resemblance all;
     for (std::size_t i = 0; i < segments_.size(); ++i)

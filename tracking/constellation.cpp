@@ -139,7 +139,7 @@ void Constellation::weigh(Hypothesis& h, std::span<const Candidate> candidates, 
 }
 
 bool Constellation::contradict(const Hypothesis& a, const Hypothesis& b) const {
-    for (std::size_t k = 0; k < targets_; ++k) {
+    for (std::size_t k = 0; k < members_.size(); ++k) {
         if (a.chosen[k] != nobody && b.chosen[k] != nobody && a.chosen[k] != b.chosen[k]) return true;
         // The same candidate assigned to different members is a contradiction too.
         for (std::size_t l = 0; l < members_.size(); ++l) {
@@ -160,22 +160,31 @@ bool Constellation::convincing(const Hypothesis& best) const {
 void Constellation::follow(const Hypothesis& best, std::span<const Candidate> candidates, double frames) {
     Point moved, velocity;
     watched_ += frames;
+    double fewest = 1e9, measured = 0;  // pictures unseen; members that were seen so lately
+    for (std::size_t k = 0; k < members_.size(); ++k)
+        if (best.chosen[k] != nobody) fewest = std::min(fewest, members_[k].unseen);
     for (std::size_t k = 0; k < members_.size(); ++k) {
         if (best.chosen[k] == nobody) continue;
         Member& m = members_[k];
         const Point step = candidates[static_cast<std::size_t>(best.chosen[k])].at - m.at;
         if (frames + m.unseen < 2) fastest_ = std::max(fastest_, length(step));
         farthest_ = std::max(farthest_, length(m.at + step - m.began));
-        m.velocity = (1 / (frames + m.unseen)) * step;
         m.gone = false;
         m.at = m.at + step;
-        m.unseen = 0;
         moved = moved + (1.0 / best.named) * step;
-        velocity = velocity + (1.0 / best.named) * m.velocity;
+        if (m.unseen > fewest) continue;
+        m.velocity = (1 / (frames + m.unseen)) * step;
+        velocity = velocity + m.velocity;
+        measured += 1;
     }
+    velocity = (1 / measured) * velocity;
     for (std::size_t k = 0; k < members_.size(); ++k) {
-        if (best.chosen[k] != nobody) continue;
         Member& m = members_[k];
+        if (best.chosen[k] != nobody) {  // one that was longer unseen was moved along with the others
+            if (m.unseen > fewest) m.velocity = velocity;
+            m.unseen = 0;
+            continue;
+        }
         m.at = m.at + moved;
         m.velocity = velocity;
         m.unseen += frames;

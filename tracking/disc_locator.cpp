@@ -73,7 +73,6 @@ constexpr double reach_of_rim = 5.5;  // px at which pixels have faded out, wher
 constexpr double least_rim_seen = 0.15;  // mean over the rim, below which a fit would find nothing
 constexpr double most_rim_misfit = 0.3;  // share of the rim in the region, in frame 0
 constexpr double size_step = 3;          // px of radius
-constexpr double cut_roughness = 1.2;    // times the residuals of frame 0
 constexpr int searched_pixels = 1500;    // of the rim, with which a peak of a search is tried
 constexpr int watched_pixels = 500;      // with which the careful fit watches the filters
 
@@ -135,7 +134,7 @@ Point DiscLocator::learn(const ImageView& image) {
         learned_ = fit.outline;
         blur_ = learned_.blur;
         contrast_ = std::abs(fit.contrast);
-        reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise, fit.trimmed};
+        reference_ = {learned_, sign_, contrast_, fit.coverage, fit.noise, fit.trimmed, fit.slope};
         prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_, .reach = reach_of_rim};
         ring_ = RingSearch{learned_.size, learned_.blur, sign_};
         follower_.begin({.size = learned_.size,

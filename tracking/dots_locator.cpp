@@ -142,7 +142,7 @@ Point DotsLocator::learn(const ImageView& image) {
     const EdgeFitResult fit = measure(image, {learned_.x, learned_.y});
     if (!fit.converged) throw InputError{subject_.label + ": the dots found do not share one size and blur"};
     learned_ = fit.outline;
-    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed};
+    reference_ = {learned_, sign_, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed, fit.slope};
     follower_.begin({.size = learned_.size,
                      .blur = learned_.blur,
                      .size_sd = prior_.size,
@@ -212,6 +212,7 @@ bool DotsLocator::locate(const ImageView& image, Point predicted, Candidate& out
     }
     const EdgeFitResult fit = measure(image, follower_.start());
     if (!judge(fit, reference_, subject_.along, out) || length(out.at - predicted) > reach()) return false;
+    out.degraded = out.degraded || rougher(fit, reference_, cut_roughness);
     fit_.accept();
     watch(image, fit);
     return true;

@@ -21,6 +21,7 @@ struct OutlineReference {
     double coverage = 0;
     double noise = 0;
     double trimmed = 0;  // of the outline, where other things lie on it
+    std::array<double, 2> slope{};
 };
 
 /// Sets `out` from the fit. False when contrast, size, noise or the visible share of the outline do not
@@ -31,6 +32,9 @@ bool judge(const EdgeFitResult& fit, const OutlineReference& reference, const st
 /// The residuals are larger than `times` those of frame 0, also in shares of the contrast: light that fades
 /// leaves the noise as it was.
 bool rougher(const EdgeFitResult& fit, const OutlineReference& reference, double times) noexcept;
+
+/// Times the residuals of frame 0: a small target is cut, or of another shape.
+inline constexpr double cut_roughness = 1.2;
 
 /// A mean of the fitted blurs that follows a lens out of focus at once.
 inline double followed_blur(double blur, double fitted) noexcept {

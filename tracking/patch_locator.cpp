@@ -4,49 +4,22 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "tracking/image/pixels.hpp"
 #include "tracking/image/region.hpp"
 #include "tracking/image/texture_bank.hpp"
 #include "tracking/locator.hpp"
+#include "tracking/texture_search.hpp"
 
 namespace shaker::tracking {
 
 namespace {
 
-/// Possible shift of a texture, to about half a cell. score: correlation, 1 at most.
-struct TexturePeak {
-    Point shift;
-    double score = 0;
-};
-
-/// Pixels of the reduced pictures are means of cells, as large as the texture's detail allows.
-class TextureSearch {
-public:
-    TextureSearch() = default;
-    /// The texture in a box of frame 0.
-    TextureSearch(const ImageView& image, const Box& box);
-    /// Replaces `out` by the local maxima of at least `least`, best first, at most 24, for shifts in a box; a
-    /// texture that would not be whole in the picture is not looked for.
-    void scan(const ImageView& image, const Box& shifts, double least, std::vector<TexturePeak>& out) const;
-    /// px, side of a cell.
-    [[nodiscard]] int cell() const noexcept { return cell_; }
-    /// px, side of a box of shifts that scan() covers in about 0.1 ms.
-    [[nodiscard]] int tile() const noexcept;
-
-private:
-    Box box_;  // of the texture that is compared, in frame 0
-    int cell_ = 1;
-    cv::Mat1f texture_;  // reduced
-};
-
 /// Least squares of shift, gain and offset between raw pixels and the shifted texture T of frame 0: I(p) =
 /// offset + gain T(p - shift). Blocks of 8 x 8 px that do not fit (hidden, reflecting) are excluded. A
 /// texture that varies in one direction only is measured along it; the other coordinate stays at its value in
-/// frame 0.
+/// frame 0. A turn and a growth about the middle join the fit where they are sure.
 class PatchLocator final : public Locator {
 public:
     explicit PatchLocator(Subject subject) : subject_{std::move(subject)} {}
@@ -63,11 +36,19 @@ private:
         double gain = 0, variance = 0, likeness = 0, share = 0;
         Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // divided by the variance
         bool converged = false;
+        double turned =
+            0;  // rms of what the parts move beside the shift by a turn and growth that are sure, px
     };
     /// Finds gain, offset and step from the sums at one place. Returns false when these do not determine
     /// them.
     bool solve(const TextureBank::Sums& sums, Solution& s, double& offset, Eigen::Vector2d& step) const;
     Solution measure(const ImageView& image, Point start);
+    /// Where the newest comparison, at a place, shows for sure that the body turns or grows: measures the
+    /// shift of its middle beside these. way(p): see TextureBank::motion(); the first `shifts` columns are
+    /// shifts.
+    template <int ways, int shifts, class Way>
+    void separate(Solution& s, Point place, Way way) const;
+    void separate_turn(Solution& s, Point place) const;
     void find_direction();
     /// Noise of the pixels where the texture is after a shift, codes^2.
     [[nodiscard]] double noise_variance(const ImageView& image, Point shift) const;
@@ -94,37 +75,6 @@ private:
     int next_tile_ = 0;
 };
 
-constexpr int largest_cell = 16, fewest_cells = 8;  // fewest_cells: along the shorter side
-constexpr double detail_kept = 0.6;                 // of the contrast, from one size of cell to twice that
-constexpr double most_cells = 600;                  // of the texture; a larger one is compared in its middle
-constexpr std::size_t most_peaks = 24;
-constexpr double cells_at_a_time = 4500;  // of the picture, about 0.1 ms
-
-// Means of the cells of a box whose sides are multiples of a cell.
-cv::Mat1f reduced(const ImageView& image, const Box& box, int cell) {
-    const cv::Mat whole_image{image.height, image.width, image.bytes_per_pixel == 2 ? CV_16UC1 : CV_8UC1,
-                              const_cast<std::byte*>(image.pixels), static_cast<std::size_t>(image.stride)};
-    const cv::Mat part = whole_image(cv::Rect{box.x0, box.y0, box.x1 - box.x0, box.y1 - box.y0});
-    cv::Mat small;
-    cv::resize(part, small, {part.cols / cell, part.rows / cell}, 0, 0, cv::INTER_AREA);
-    cv::Mat1f out;
-    small.convertTo(out, CV_32F);
-    return out;
-}
-
-// The middle of a range, of a length that is a multiple of a cell.
-void trim(int& first, int& last, int cell, int most) {
-    const int length = std::min((last - first) / cell, most) * cell;
-    first += (last - first - length) / 2;
-    last = first + length;
-}
-
-double contrast_of(const cv::Mat1f& levels) {
-    cv::Scalar mean, sd;
-    cv::meanStdDev(levels, mean, sd);
-    return sd[0];
-}
-
 constexpr double enough_match = 0.6;    // correlation; below it a position does not resemble the texture
 constexpr double enough_coarse = 0.35;  // the same, of reduced pictures
 constexpr int most_passes = 8;
@@ -133,56 +83,6 @@ constexpr double settled = 2e-3;                          // px, of a pass
 constexpr double longest_step = 1.5, new_blocks_from = 0.5;  // px
 constexpr int climbed_blocks = 16;                           // lead a climb
 constexpr std::size_t tries_of_a_share = 2, tries_of_all = 24;
-
-TextureSearch::TextureSearch(const ImageView& image, const Box& box) {
-    for (int cell = 1; cell <= largest_cell; cell *= 2) {
-        Box part = box;
-        const double width = part.x1 - part.x0, height = part.y1 - part.y0;
-        const double too_large = std::sqrt(std::max(1.0, width * height / (cell * cell * most_cells)));
-        const auto most = [&](double side) {
-            return std::max(fewest_cells, static_cast<int>(side / cell / too_large));
-        };
-        trim(part.x0, part.x1, cell, most(width));
-        trim(part.y0, part.y1, cell, most(height));
-        if (cell > 1 && std::min(part.x1 - part.x0, part.y1 - part.y0) < fewest_cells * cell) return;
-        cv::Mat1f texture = reduced(image, part, cell);
-        if (cell > 1 && contrast_of(texture) < detail_kept * contrast_of(texture_)) return;
-        texture_ = std::move(texture);
-        box_ = part;
-        cell_ = cell;
-    }
-}
-
-// A tile of t cells reads (t + columns) (t + rows) cells of the picture.
-int TextureSearch::tile() const noexcept {
-    const double columns = texture_.cols, rows = texture_.rows, off = columns - rows;
-    return std::max(
-               4, static_cast<int>(std::sqrt(cells_at_a_time + 0.25 * off * off) - 0.5 * (columns + rows))) *
-           cell_;
-}
-
-void TextureSearch::scan(const ImageView& image, const Box& shifts, double least,
-                         std::vector<TexturePeak>& out) const {
-    out.clear();
-    Box area{std::max(0, box_.x0 + shifts.x0), std::max(0, box_.y0 + shifts.y0),
-             std::min(image.width, box_.x1 + shifts.x1), std::min(image.height, box_.y1 + shifts.y1)};
-    area.x1 = area.x0 + (area.x1 - area.x0) / cell_ * cell_;
-    area.y1 = area.y0 + (area.y1 - area.y0) / cell_ * cell_;
-    if (area.x1 - area.x0 < texture_.cols * cell_ || area.y1 - area.y0 < texture_.rows * cell_) return;
-    cv::Mat1f score;
-    cv::matchTemplate(reduced(image, area, cell_), texture_, score, cv::TM_CCOEFF_NORMED);
-    while (out.size() < most_peaks) {
-        double best = 0;
-        cv::Point at;
-        cv::minMaxLoc(score, nullptr, &best, nullptr, &at);
-        if (!(best > least)) break;
-        out.push_back(
-            {{1.0 * area.x0 + at.x * cell_ - box_.x0, 1.0 * area.y0 + at.y * cell_ - box_.y0}, best});
-        const int r = std::max(1, std::min(texture_.cols, texture_.rows) / 2);
-        score(cv::Rect{at.x - r, at.y - r, 2 * r + 1, 2 * r + 1} & cv::Rect{0, 0, score.cols, score.rows})
-            .setTo(0);
-    }
-}
 
 bool PatchLocator::solve(const TextureBank::Sums& sums, Solution& s, double& offset,
                          Eigen::Vector2d& step) const {
@@ -246,16 +146,60 @@ PatchLocator::Solution PatchLocator::measure(const ImageView& image, Point start
         const double moved = length(shift - s.shift);
         s.shift = shift;
         s.converged = pass >= 2 && stays && moved < settled;
-        if (s.converged) break;
+        if (s.converged) {
+            separate_turn(s, place);
+            break;
+        }
         s.share = bank_.weigh(s.gain, offset);
         if (moved > new_blocks_from) bank_.use_all();
     }
     return s;
 }
 
+template <int ways, int shifts, class Way>
+void PatchLocator::separate(Solution& s, Point place, Way way) const {
+    constexpr double sure = 25;  // chi squared
+    constexpr int others = ways - shifts;
+    const auto motion = bank_.motion<ways>(way);
+    const TextureBank::Sums sums = bank_.sums();
+    const Eigen::Matrix2d inverse = sums.own.topLeftCorner<2, 2>().inverse();
+    const Eigen::Matrix<double, ways, 1> score =
+        motion.picture - motion.seen * inverse * sums.picture.head<2>();
+    const Eigen::Matrix<double, ways, ways> solved =
+        (s.gain * (motion.seen * inverse * motion.across - motion.own)).inverse();
+    const Eigen::Matrix<double, ways, ways> covariance =
+        solved * (motion.spread - motion.seen * inverse * motion.seen.transpose()) * solved.transpose();
+    const Eigen::Matrix<double, ways, 1> step = solved * score;
+    const Eigen::Matrix<double, others, 1> beside = step.template tail<others>();
+    const double variance = std::max(s.variance, least_variance_);
+    const double squares =
+        beside.dot(covariance.template bottomRightCorner<others, others>().inverse() * beside);
+    if (!step.allFinite() || !(squares > sure * variance)) return;
+    const Eigen::Matrix<double, 2, shifts> along = way(Point{}).template leftCols<shifts>();
+    const Eigen::Vector2d off{place.x - s.shift.x, place.y - s.shift.y};
+    const Eigen::Vector2d moved = along * (step.template head<shifts>() + along.transpose() * off);
+    s.shift = s.shift + Point{moved[0], moved[1]};
+    s.covariance = along * covariance.template topLeftCorner<shifts, shifts>() * along.transpose();
+    s.turned = beside.norm() * std::hypot(bank_.texture().width(), bank_.texture().height()) / std::sqrt(12);
+}
+
+// Turn and growth; a texture with one direction shows the parts of these along it.
+void PatchLocator::separate_turn(Solution& s, Point place) const {
+    if (one_direction_) {
+        separate<3, 1>(s, place, [this](Point p) -> Eigen::Matrix<double, 2, 3> {
+            return direction_ * Eigen::RowVector3d{1, p.x, p.y};
+        });
+    } else {
+        separate<4, 2>(s, place, [](Point p) {
+            return Eigen::Matrix<double, 2, 4>{{1, 0, -p.y, p.x}, {0, 1, p.x, p.y}};
+        });
+    }
+}
+
 void PatchLocator::find_direction() {
-    const Eigen::Matrix2d structure = bank_.sums().own.block<2, 2>(2, 2);
-    steepness2_ = structure.trace() / bank_.sums().own(0, 0);
+    // Noise varies in all directions, but hardly after smoothing.
+    const Eigen::Matrix2d structure = bank_.sums().own.bottomRightCorner<2, 2>();
+    steepness2_ = bank_.sums().own.block<2, 2>(2, 2).trace() / bank_.sums().own(0, 0);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen{structure};
     one_direction_ = eigen.eigenvalues()[0] < 0.03 * eigen.eigenvalues()[1];
     direction_ = eigen.eigenvectors().col(1);
@@ -332,8 +276,9 @@ bool PatchLocator::judge(const ImageView& image, const Solution& s, Candidate& o
     out.degraded = s.share < 0.8;
     out.doubt = 0;
     if (!(out.sd < 0.5)) return false;
-    const double distortion = distortion_px(image, s);
-    if (distortion > distorted_from) {
+    const double distortion = std::max(s.turned, distortion_px(image, s));
+    // What bars that turn move along themselves is not seen.
+    if (distortion > (one_direction_ && s.turned > 0 ? 0 : distorted_from)) {
         out.degraded = true;
         out.doubt = moves_middle * distortion;
     }
@@ -347,7 +292,11 @@ void PatchLocator::try_peaks(const ImageView& image, const Box& shifts, std::siz
     tries = std::min(tries, peaks_.size());
     for (std::size_t i = 0; i < tries; ++i) {
         const std::size_t k = i == 0 || tries == peaks_.size() ? i : 1 + turn_++ % (peaks_.size() - 1);
-        const Point start = bank_.climb(image, peaks_[k].shift, search_.cell() / 2, climbed_);
+        Point start = bank_.climb(image, peaks_[k].shift, search_.cell() / 2, climbed_);
+        if (one_direction_) {
+            const double along = direction_[0] * start.x + direction_[1] * start.y;
+            start = {direction_[0] * along, direction_[1] * along};
+        }
         Candidate candidate;
         if (!judge(image, measure(image, start), candidate)) continue;
         const auto same = [&](const Candidate& c) { return length(c.at - candidate.at) < extent(); };

@@ -22,11 +22,13 @@ void SlipWatch::Span::add(double place, double pictures, double slack) {
     any = true;
 }
 
-std::optional<double> SlipWatch::take(double place, double pictures) {
+std::optional<double> SlipWatch::take(double place, double pictures, bool certain) {
     if (pitch_ == 0) return std::nullopt;
-    if (!before_.any) {
-        before_.add(place, 0, 0);
+    if (!before_.any || certain) {
+        fastest_ = before_.any ? std::max(fastest_, std::abs(place - last_) / pictures) : 0;
+        before_.add(place, pictures, noise * pitch_);
         last_ = place;
+        doubts_ = false;
         return std::nullopt;
     }
     const bool gap = pictures > 1;

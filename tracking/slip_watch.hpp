@@ -14,6 +14,8 @@ namespace shaker::tracking {
 /// base) settles the doubt: once it has moved over its old range again, a shift of the middle of the range is
 /// the slip.
 ///
+/// The same rule holds for a target that something resembles at a distance; the distance is its pitch.
+///
 /// Places are px along the shaker's axis; times are counted in pictures.
 class SlipWatch {
 public:
@@ -21,8 +23,9 @@ public:
     SlipWatch(double pitch, bool oscillates) : pitch_{pitch}, oscillates_{oscillates} {}
 
     /// Takes a place that was found `pictures` after the one before. Returns the slip that is now known, px,
-    /// 0 if there was none; nothing while there is no doubt, or while it stays.
-    std::optional<double> take(double place, double pictures);
+    /// 0 if there was none; nothing while there is no doubt, or while it stays. certain: it is not a
+    /// neighbour that was found.
+    std::optional<double> take(double place, double pictures, bool certain = false);
     /// Standard error of the newest place while it may be wrong by whole pitches: half a pitch, px; else 0.
     [[nodiscard]] double doubt_px() const noexcept { return doubts_ ? 0.5 * pitch_ : 0; }
 

@@ -43,7 +43,11 @@ struct Followed {
     bool seen = true;   // in the last frame
     double unseen = 0;  // pictures since it was seen whole, with those that never came
     bool in_group = false;
-    double rival = 0;  // likeness of what resembled it best in frame 0, though not enough for a group
+    // What resembled it in frame 0 and is not in its group: likeness of the best one, px to the farthest one.
+    double rival = 0, farthest_rival = 0;
+    [[nodiscard]] bool certain(const Candidate& found) const {
+        return !found.degraded && !found.mixed && found.likeness > rival + better_than_rivals;
+    }
 };
 
 // Look-alikes that are assigned together.
@@ -113,11 +117,14 @@ void ViewTracker::Impl::report(const ImageView& image, std::size_t k, Candidate 
     const Point axis{view.along[0], view.along[1]};
     t.unseen += frames;
     std::optional<double> slip;
-    if (!partly) {
-        slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen);
+    if (!partly || t.rival > 0) {
+        const bool certain = t.rival > 0 && t.certain(found);
+        slip = t.slips.take(found.at.x * axis.x + found.at.y * axis.y, t.unseen, certain);
         t.unseen = 0;
     }
-    const double slipped = std::hypot(t.slips.doubt_px(), slip.value_or(0));
+    const double doubt = t.slips.doubt_px();
+    const double slipped =
+        std::hypot(doubt > 0 ? std::max(doubt, 0.5 * t.farthest_rival) : 0, slip.value_or(0));
     const TrackState state = slipped > 0 || found.mixed ? TrackState::slipped
                              : clipped                  ? TrackState::clipped
                              : found.degraded           ? TrackState::degraded
@@ -181,6 +188,7 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
         t.locator->search(image, t.at, Sweep::whole, candidates);
         std::vector<std::size_t> members{k};
         std::vector<Point> places{t.at}, companions;
+        double nearest = 1e9;
         for (const Candidate& c : candidates) {
             std::size_t owner = targets.size();
             for (std::size_t l = 0; l < targets.size(); ++l) {
@@ -188,16 +196,20 @@ void ViewTracker::Impl::find_groups(const ImageView& image) {
                 if (targets[l].kind == t.kind && here) owner = l;
             }
             if (owner == k) continue;
-            if (owner == targets.size()) {
-                if (c.likeness > enough_likeness && !c.degraded)
-                    companions.push_back(c.at);
-                else
-                    t.rival = std::max(t.rival, c.likeness);
-            } else if (!targets[owner].in_group) {
+            const bool named = owner < targets.size();
+            if (named && !targets[owner].in_group) {
                 members.push_back(owner);
                 places.push_back(targets[owner].at);
+            } else if (!named && c.likeness > enough_likeness && (!c.degraded || c.doubt > 0)) {
+                companions.push_back(c.at);
+            } else {
+                t.rival = std::max(t.rival, c.likeness);
+                t.farthest_rival = std::max(t.farthest_rival, length(c.at - t.at));
+                nearest = std::min(nearest, length(c.at - t.at));
             }
         }
+        if (t.rival > 0 && t.locator->pitch() == 0)
+            t.slips = SlipWatch{nearest, view.targets[k].name == "base"};
         if (members.size() + companions.size() < 2) continue;
         for (const std::size_t m : members) targets[m].in_group = true;
         places.insert(places.end(), companions.begin(), companions.end());

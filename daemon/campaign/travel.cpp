@@ -15,7 +15,7 @@ namespace {
 
 constexpr double rounding = 1e-9;  // periods
 // In gamma / (omega f): remaining error of D when the runner finds the drift steady.
-constexpr double steady = 2e-4;
+constexpr double steady = 6e-5;
 constexpr double least_return_gamma = paper_g;  // m/s^2; below it a walker may not move at all
 constexpr int steady_periods = 7;  // with this D that it needs: six values, each from two periods
 

@@ -1,8 +1,33 @@
 #include "daemon/control/drive_controller.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "daemon/control/mains.hpp"
 
 namespace shaker::control {
+
+namespace {
+
+// The same motion the other way round, half a period later: what a plant without preferred direction makes of
+// the mirrored drive.
+template <class Unit>
+Harmonics<Unit> mirrored(Harmonics<Unit> h) {
+    for (int q = 2; q <= max_harmonics; q += 2) h.at(q) = -h.at(q);
+    return h;
+}
+
+bool equal(const Harmonics<Acceleration>& a, const Harmonics<Acceleration>& b) {
+    constexpr double rounding = 1e-9;  // of the largest amplitude
+    double apart = 0, most = 0;
+    for (int q = 1; q <= max_harmonics; ++q) {
+        apart = std::max(apart, std::abs(a.at(q) - b.at(q)));
+        most = std::max(most, std::abs(a.at(q)));
+    }
+    return apart <= rounding * most;
+}
+
+}  // namespace
 
 DriveController::DriveController(const ControllerSettings& settings) : settings_{settings} {}
 
@@ -27,14 +52,23 @@ bool DriveController::begin_identification() {
     return true;
 }
 
+std::vector<int> DriveController::hidden() const {
+    return hidden_harmonics(lines_hz_, settings_.drive.frequency, controlled_harmonics);
+}
+
+EqualiserSettings DriveController::equaliser_settings(bool from_below) const {
+    return {.harmonics = controlled_harmonics,
+            .volts_limit = settings_.volts_limit,
+            .noise = noise_,
+            .from_below = from_below,
+            .hidden = hidden()};
+}
+
 void DriveController::begin() {
     identification_.reset();
-    EqualiserSettings s{.harmonics = controlled_harmonics,
-                        .volts_limit = settings_.volts_limit,
-                        .noise = noise_,
-                        .from_below = settings_.equalise};
     equaliser_ =
-        std::make_unique<Equaliser>(harmonics(settings_.drive), response_at(settings_.drive.frequency), s);
+        std::make_unique<Equaliser>(harmonics(settings_.drive), response_at(settings_.drive.frequency),
+                                    equaliser_settings(settings_.equalise));
     volts_ = equaliser_->volts();
     known_.clear();
 }
@@ -83,9 +117,14 @@ DriveController::Outcome DriveController::take(const PeriodWindows::Window& wind
 
 void DriveController::remember(const Known& locked) {
     constexpr std::size_t most = 64;
-    std::erase_if(known_, [&](const Known& k) { return k.target.a == locked.target.a; });
+    std::erase_if(known_, [&](const Known& k) { return equal(k.target, locked.target); });
     if (known_.size() == most) known_.erase(known_.begin());
     known_.push_back(locked);
+}
+
+const Harmonics<Voltage>* DriveController::known_drive(const Harmonics<Acceleration>& target) const {
+    const auto known = std::ranges::find_if(known_, [&](const Known& k) { return equal(k.target, target); });
+    return known == known_.end() ? nullptr : &known->volts;
 }
 
 void DriveController::set(const Drive& drive) {
@@ -94,16 +133,16 @@ void DriveController::set(const Drive& drive) {
     settings_.drive = drive;
     const Harmonics<Acceleration> target = harmonics(drive);
     if (same_frequency) {
-        if (locked) remember({left, volts_});
-        const auto known = std::ranges::find(known_, target.a, [](const Known& k) { return k.target.a; });
-        equaliser_->retarget(target, known == known_.end() ? nullptr : &known->volts);
+        if (locked) {
+            remember({left, volts_});
+            const Known partner{mirrored(left), mirrored(volts_)};
+            if (known_drive(partner.target) == nullptr) remember(partner);
+        }
+        equaliser_->retarget(target, known_drive(target));
     } else {
         known_.clear();
-        EqualiserSettings s{.harmonics = controlled_harmonics,
-                            .volts_limit = settings_.volts_limit,
-                            .noise = noise_,
-                            .from_below = false};
-        equaliser_ = std::make_unique<Equaliser>(harmonics(drive), response_at(drive.frequency), s);
+        equaliser_ = std::make_unique<Equaliser>(harmonics(drive), response_at(drive.frequency),
+                                                 equaliser_settings(false));
     }
     volts_ = equaliser_->volts();
     report_ = {};

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "daemon/control/equaliser.hpp"
@@ -38,6 +39,12 @@ public:
     void aim(const Drive& drive) { settings_.drive = drive; }
     /// Switches the correction by measured windows on or off, from the next begin() on.
     void close_loop(bool on) noexcept { settings_.equalise = on; }
+    /// Lines of the mains in the sensor, Hz: harmonics that lie on one and have no target are not corrected,
+    /// from the next begin() or set() at another frequency on.
+    void hide(std::vector<double> lines_hz) { lines_hz_ = std::move(lines_hz); }
+    [[nodiscard]] bool hums() const noexcept { return !lines_hz_.empty(); }
+    /// Harmonics that lie on one of these lines, in the order of q.
+    [[nodiscard]] std::vector<int> hidden() const;
     /// New voltage limit, from the next window on; an identification keeps the limit with which it began.
     void limit(double volts) noexcept;
     /// Discards the identified response; the data sheet is used until the next identification.
@@ -52,8 +59,8 @@ public:
     /// volts() changed so much that it must settle before a measurement; correction: volts() changed
     /// slightly; identified: identification has ended, begin() may follow.
     Outcome take(const PeriodWindows::Window& window, bool newest);
-    /// A new set-point, at any frequency. Requires begin(). At a set-point that was locked since begin(), its
-    /// drive is used again.
+    /// A new set-point, at any frequency. Requires begin(). At a set-point that was locked since begin(), or
+    /// whose mirror partner was, that drive is used again.
     void set(const Drive& drive);
     /// For a measurement: a locked drive is held until the next set-point (Equaliser::hold).
     void hold() noexcept {
@@ -87,7 +94,11 @@ private:
         Harmonics<Voltage> volts;
     };
     void remember(const Known& locked);
-    std::vector<Known> known_;  // locked drives of this equaliser, the newest last
+    /// Null: not known.
+    [[nodiscard]] const Harmonics<Voltage>* known_drive(const Harmonics<Acceleration>& target) const;
+    [[nodiscard]] EqualiserSettings equaliser_settings(bool from_below) const;
+    std::vector<Known> known_;  // locked drives of this equaliser and their mirror images, the newest last
+    std::vector<double> lines_hz_;
 };
 
 inline constexpr int controlled_harmonics = 8;

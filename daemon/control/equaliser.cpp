@@ -7,10 +7,11 @@
 namespace shaker::control {
 
 namespace {
-constexpr std::size_t judged_windows = 10;
-constexpr int longest_wait = 40;  // windows for a change to settle
-constexpr int most_blocks = 40;   // at one level
-constexpr int fresh_blocks = 15;  // after this many the plant is reset to the identified response
+constexpr std::size_t judged_windows = 10, fewest_judged = 5;
+constexpr double clear_spread = 0.8;  // of what is allowed: fewer windows than ten are enough
+constexpr int longest_wait = 40;      // windows for a change to settle
+constexpr int most_blocks = 40;       // at one level
+constexpr int fresh_blocks = 15;      // after this many the plant is reset to the identified response
 constexpr double much_worse = 3, least_harm = 0.03;  // times the previous error; of the target
 constexpr double slightly_worse = 1.1;
 constexpr int most_worse = 1;                          // consecutive steps
@@ -63,41 +64,6 @@ double peak(const Harmonics<Voltage>& volts) {
     return largest;
 }
 
-Harmonics<Acceleration> turned(const Harmonics<Acceleration>& h, double lag) {
-    Harmonics<Acceleration> later;
-    for (int q = 1; q <= max_harmonics; ++q) later.at(q) = h.at(q) * std::polar(1.0, q * lag);
-    return later;
-}
-
-// Starts Newton's method at the best of the lags that are ideal for one harmonic each. Starting from a
-// weak harmonic, whose phase may be wrong, could end in a lower maximum.
-double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Acceleration>& measured) {
-    Harmonics<Acceleration> product;
-    for (int q = 1; q <= max_harmonics; ++q) product.at(q) = std::conj(measured.at(q)) * wanted.at(q);
-    double lag = 0, most = -INFINITY;
-    for (int q = 1; q <= max_harmonics; ++q) {
-        if (product.at(q) == 0.0) continue;
-        for (int turn = 0; turn < q; ++turn) {
-            const double place = (two_pi * turn - std::arg(product.at(q))) / q;
-            double fit = 0;
-            for (int k = 1; k <= max_harmonics; ++k)
-                fit += (product.at(k) * std::polar(1.0, k * place)).real();
-            if (fit > most) most = fit, lag = place;
-        }
-    }
-    for (int round = 0; round < 4; ++round) {  // Newton's method on sum_q Re(product_q e^{i q lag})
-        double slope = 0, curve = 0;
-        for (int q = 1; q <= max_harmonics; ++q) {
-            const std::complex<double> c = product.at(q) * std::polar(1.0, q * lag);
-            slope -= q * c.imag();
-            curve -= q * q * c.real();
-        }
-        if (!(curve < 0)) break;
-        lag -= std::clamp(slope / curve, -0.3, 0.3);
-    }
-    return std::remainder(lag, two_pi);
-}
-
 Equaliser::Equaliser(const Harmonics<Acceleration>& target,
                      const std::array<std::complex<double>, max_harmonics>& response,
                      const EqualiserSettings& settings)
@@ -117,8 +83,10 @@ Harmonics<Acceleration> Equaliser::aim() const {
 }
 
 Harmonics<Acceleration> Equaliser::error_of(const Harmonics<Acceleration>& measured) const {
-    const Harmonics<Acceleration> wanted = aim();
-    return combined(turned(wanted, best_lag(wanted, measured)), measured, -1);
+    Harmonics<Acceleration> wanted = aim(), seen = measured;
+    for (const int q : settings_.hidden)
+        if (wanted.at(q) == 0.0) seen.at(q) = 0;
+    return combined(turned(wanted, best_lag(wanted, seen)), seen, -1);
 }
 
 // Scales drive and target together: the shape stays, gamma is reduced and reported. This also keeps the
@@ -170,7 +138,8 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
     const auto n = static_cast<double>(errors_.size());
     const double spread = 3 * noise / std::sqrt(0.5 * n);  // three sd of the mean of a complex amplitude
     const double gamma = gamma_ * settings_.levels[level_] * reached_;
-    report.locked = mode_ == Mode::track && errors_.size() == judged_windows;
+    bool clear = errors_.size() >= fewest_judged;
+    report.locked = mode_ == Mode::track;
     for (int q = 1; q <= settings_.harmonics; ++q) {
         std::complex<double> mean = 0;
         for (const auto& e : errors_) mean += e.at(q) / n;
@@ -178,8 +147,11 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
         const double own = std::abs(target_.at(q)) * gamma / gamma_;
         const double allowed = kept_within * (own > 0 ? own : gamma);
         report.noise_limited = report.noise_limited || spread > allowed;
+        clear = clear && spread < clear_spread * allowed;
         report.locked = report.locked && std::abs(mean) < std::max(allowed, spread);
     }
+    report.judged = clear || errors_.size() == judged_windows;
+    report.locked = report.locked && report.judged;
 }
 
 // Waits until a change has died away, then averages a block: one window, four when noise matters.
@@ -222,7 +194,12 @@ void Equaliser::step(const Block& block, double noise) {
         good_ = {volts_, plant_, settings_.levels[level_]};
         drift_ = {};
         far_ = 0;
-        errors_.clear();
+        const auto same_drive = static_cast<std::size_t>(known_ ? summed_ : 0);
+        while (errors_.size() > same_drive) errors_.pop_front();
+        if (known_) return;
+        volts_ = combined(volts_, plant_.drive(error_of(block.measured)), 1);
+        keep_within_limit();
+        followed_ = summed_;
         return;
     }
     known_ = false;
@@ -267,9 +244,10 @@ bool Equaliser::does_harm(double size) {
 
 // A small step after which the base moved very differently from the prediction shows another change during
 // the step (such as a walker put on the base); the plant does not learn from it.
-void Equaliser::learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise) {
+void Equaliser::learn(const Harmonics<Voltage>& stepped, Harmonics<Acceleration> moved, double noise) {
     const int k = settings_.harmonics;
     const Harmonics<Acceleration> predicted = plant_.motion(stepped);
+    for (const int q : settings_.hidden) moved.at(q) = predicted.at(q);
     const double size = norm(predicted, k), off = norm(combined(moved, predicted, -1), k),
                  all = norm(aim(), k);
     if (off > 1.5 * size && size < small_step * all && norm(moved, k) > least_event * all) return;
@@ -279,13 +257,15 @@ void Equaliser::learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceler
 // A known drive is held from its first window on; it is judged when the walker has come nearer to its motion.
 void Equaliser::track(const PeriodWindow& window, const Harmonics<Acceleration>& error, double noise,
                       Report& report) {
-    const bool unjudged = known_ && errors_.size() < judged_windows;
+    const bool unjudged = known_ && !report.judged;
     if (!(unjudged || (report.locked && (hold_ || known_)))) {
         ++followed_;
-        averaged_ = report.locked || errors_.size() < judged_windows ? averaged_ + 1 : 1;
+        averaged_ = report.locked ? averaged_ + 1 : std::min(followed_, static_cast<int>(judged_windows));
         held_windows_ = 0;
         holds_ = known_ = false;
-        return follow(window, noise);
+        follow(window, noise);
+        if (!report.locked) mean_ = volts_;
+        return;
     }
     if (!known_ && !std::exchange(holds_, true)) {
         volts_ = mean_;

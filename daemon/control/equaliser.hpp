@@ -25,6 +25,7 @@ struct EqualiserSettings {
     std::vector<double> levels{0.4, 0.7, 0.9, 1};  // shares of the target, increasing, on the way up
     double pace = 0.1;                             // share of the error corrected per window near the target
     bool from_below = true;                        // false: start at the last level
+    std::vector<int> hidden{};  // harmonics that others hide: without a target they are not corrected
 };
 
 /// One window: measured motion and drive.
@@ -63,8 +64,9 @@ public:
                               // the plant prevents more
         double noise = 0;     // sd of one part of a window's amplitude / gamma
         int held = 0;         // windows in a row that changed nothing, because the drive is held
-        bool locked = false;  // mean of ten windows: each harmonic within 0.1 % of gamma, those of the target
-                              // within 0.1 % of themselves, or within three sd of the mean
+        bool judged = false;  // ten windows are known, or five whose mean is clear enough
+        bool locked = false;  // their mean: each harmonic within 0.1 % of gamma, those of the target within
+                              // 0.1 % of themselves, or within three sd of the mean
         bool noise_limited = false;  // three sd of the mean exceed those 0.1 %
         bool no_motion = false;      // the base hardly moves for this drive: the drive was not changed
         /// The plant gave no more motion; the drive returned to the last that worked.
@@ -109,7 +111,7 @@ private:
     void measure_delay(const Block& block, double noise);
     void step(const Block& block, double noise);
     [[nodiscard]] bool does_harm(double size);
-    void learn(const Harmonics<Voltage>& stepped, const Harmonics<Acceleration>& moved, double noise);
+    void learn(const Harmonics<Voltage>& stepped, Harmonics<Acceleration> moved, double noise);
     void track(const PeriodWindow& window, const Harmonics<Acceleration>& error, double noise,
                Report& report);
     void follow(const PeriodWindow& window, double noise);
@@ -144,7 +146,7 @@ private:
     int followed_ = 0, averaged_ = 0, held_windows_ = 0, far_ = 0;  // windows; averaged_: in mean_
     bool hold_ = false, holds_ = false, known_ = false;  // the drive was locked at this target before
     HeldDrive held_;
-    std::deque<Harmonics<Acceleration>> errors_;  // of the last ten windows
+    std::deque<Harmonics<Acceleration>> errors_;  // of the last ten windows at most
 };
 
 /// Largest |value| over a period, V: evaluated at 512 points, refined by a parabola.

@@ -38,4 +38,39 @@ void Equaliser::measure_delay(const Block& block, double noise) {
     plant_.scale(factors);
 }
 
+Harmonics<Acceleration> turned(const Harmonics<Acceleration>& h, double lag) {
+    Harmonics<Acceleration> later;
+    for (int q = 1; q <= max_harmonics; ++q) later.at(q) = h.at(q) * std::polar(1.0, q * lag);
+    return later;
+}
+
+// Starts Newton's method at the best of the lags that are ideal for one harmonic each. Starting from a
+// weak harmonic, whose phase may be wrong, could end in a lower maximum.
+double best_lag(const Harmonics<Acceleration>& wanted, const Harmonics<Acceleration>& measured) {
+    Harmonics<Acceleration> product;
+    for (int q = 1; q <= max_harmonics; ++q) product.at(q) = std::conj(measured.at(q)) * wanted.at(q);
+    double lag = 0, most = -INFINITY;
+    for (int q = 1; q <= max_harmonics; ++q) {
+        if (product.at(q) == 0.0) continue;
+        for (int turn = 0; turn < q; ++turn) {
+            const double place = (two_pi * turn - std::arg(product.at(q))) / q;
+            double fit = 0;
+            for (int k = 1; k <= max_harmonics; ++k)
+                fit += (product.at(k) * std::polar(1.0, k * place)).real();
+            if (fit > most) most = fit, lag = place;
+        }
+    }
+    for (int round = 0; round < 4; ++round) {  // Newton's method on sum_q Re(product_q e^{i q lag})
+        double slope = 0, curve = 0;
+        for (int q = 1; q <= max_harmonics; ++q) {
+            const std::complex<double> c = product.at(q) * std::polar(1.0, q * lag);
+            slope -= q * c.imag();
+            curve -= q * q * c.real();
+        }
+        if (!(curve < 0)) break;
+        lag -= std::clamp(slope / curve, -0.3, 0.3);
+    }
+    return std::remainder(lag, two_pi);
+}
+
 }  // namespace shaker::control

@@ -101,7 +101,8 @@ PeriodWindows::PeriodWindows(double dac_rate_hz, const AccelerometerInfo& accele
       line_hz_{line_hz},
       dac_rate_hz_{dac_rate_hz},
       history_{dac_rate_hz, frequency},
-      estimator_{estimator_settings(frequency, {})} {}
+      estimator_{estimator_settings(frequency, {})},
+      mains_{accelerometer.rate_hz} {}
 
 EstimatorSettings PeriodWindows::estimator_settings(double frequency,
                                                     const std::array<double, 3>& before) const {
@@ -125,6 +126,11 @@ void PeriodWindows::add(const DriveChange& change) {
     history_.add(change);
 }
 
+void PeriodWindows::fit_line(double hz) {
+    line_hz_ = hz;
+    estimator_ = HarmonicEstimator{estimator_settings(history_.frequency(), estimator_.direction())};
+}
+
 // The response of the settings; another one is known after a measurement only.
 void PeriodWindows::take_off_response(PeriodEstimate& e) const {
     if (accelerometer_.response.none()) return;
@@ -143,6 +149,7 @@ std::vector<PeriodWindows::Window> PeriodWindows::add(const AccelBlock& block,
         const double at_s = seconds(timebase.at(AccelTick{block.first.n + i}));
         if (at_s < tuned_from_s_) continue;
         const auto a = accelerometer_.acceleration(block.counts[static_cast<std::size_t>(i)]);
+        if (history_.sequence() == 0) mains_.add(at_s, a);
         const auto done = estimator_.add(history_.turns(at_s), a);
         if (!done) continue;
         axis_ = done->axis;

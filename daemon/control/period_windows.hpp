@@ -3,11 +3,13 @@
 // them.
 #include <array>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "calibration/clocks/timebase.hpp"
 #include "daemon/control/equaliser.hpp"
 #include "daemon/control/harmonic_estimator.hpp"
+#include "daemon/control/mains.hpp"
 #include "drivers/devices.hpp"
 #include "drivers/synthesiser.hpp"
 
@@ -64,6 +66,10 @@ public:
                   double line_hz);
 
     void add(const DriveChange& change);
+    /// The mains in the sensor, from the samples before the first drive.
+    [[nodiscard]] std::optional<Mains> mains() const { return mains_.found(); }
+    /// Fits a line of this frequency (Hz) from now on.
+    void fit_line(double hz);
     /// Windows that ended with this block, oldest first. Those of a time when the frequency changed are left
     /// out. `timebase` has the block's stamp; a block before it is ready() is left out.
     std::vector<Window> add(const AccelBlock& block, const calibration::Timebase& timebase);
@@ -90,6 +96,7 @@ private:
     DriveHistory history_;
     std::array<double, 3> axis_{}, mean_{};  // as the newest window found them
     HarmonicEstimator estimator_;
+    MainsWatch mains_;
     double tuned_from_s_ = 0;  // the estimator's frequency is the drive's from here on
     double until_s_ = 0;
 };

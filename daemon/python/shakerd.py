@@ -29,7 +29,7 @@ import numpy as np
 
 __all__ = ["Bench", "BenchError", "Campaign", "FileError", "Quantity", "Recording", "Table"]
 
-RECORDING_SCHEMA = 10 # newest version that this file reads; FORMAT.md lists them
+RECORDING_SCHEMA = 11 # newest version that this file reads; FORMAT.md lists them
 CAMPAIGN_SCHEMA = 2
 _UNITS = {"_mps2": "m/s^2", "_mps": "m/s", "_hz": "Hz", "_rad": "rad", "_m": "m", "_s": "s", "": "1"}
 

@@ -224,6 +224,38 @@ void note_rate(const Measurement& m, const calibration::Estimate& base, const Ow
     if (!of_sensor) out.frame_rate_error = std::abs(of_cameras ? cameras : 1e-6 * ppm.value);
 }
 
+/// Share of the residuals that is noise: what repeats with the drive is harmonics beyond the fitted ones, as
+/// of the walker's kinks. Residuals in narrow ranges of the phase scatter about their mean by the noise.
+double noise_share(const calibration::HarmonicFit& fit, std::span<const double> t_s,
+                   std::span<const double> y) {
+    constexpr std::size_t most_ranges = 1000, a_range = 4, least_freedom = 50;  // samples
+    struct Range {
+        double sum = 0;
+        std::size_t count = 0;
+    };
+    std::vector<Range> ranges(std::clamp<std::size_t>(y.size() / a_range, 1, most_ranges));
+    std::vector<double> periodic(y.size());
+    fit.periodic(t_s, periodic);
+    double squares = 0;
+    for (std::size_t i = 0; i < y.size(); ++i) {
+        const double turns = fit.frequency_hz * (t_s[i] - fit.origin_s),
+                     r = y[i] - fit.constants[0] - periodic[i];
+        const double place = (turns - std::floor(turns)) * static_cast<double>(ranges.size());
+        Range& range = ranges[std::min(static_cast<std::size_t>(place), ranges.size() - 1)];
+        range.sum += r;
+        ++range.count;
+        squares += r * r;
+    }
+    std::size_t used = 0;
+    for (const Range& range : ranges) {
+        if (range.count == 0) continue;
+        ++used;
+        squares -= range.sum * range.sum / static_cast<double>(range.count);
+    }
+    if (y.size() < used + least_freedom) return 1;
+    return std::min(1.0, std::sqrt(squares / static_cast<double>(y.size() - used)) / fit.scale);
+}
+
 void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
     const double f = out.frequency.value, rate = 1 / (calibration::median_step(out.t_s) * f);
     const auto axes = calibration::across_axes(out.shaker_axis);
@@ -233,6 +265,9 @@ void fit_acceleration(const AccelSeries& s, std::size_t first, Alignment& out) {
     std::vector<calibration::HarmonicFit> fits =
         calibration::fit_signals(out.t_s, signals, f, calibration::order_for(rate, max_harmonics));
     out.acceleration = std::move(fits[0]);
+    const double noise = noise_share(out.acceleration, out.t_s, out.along_mps2);
+    out.acceleration.scale *= noise;
+    for (double& c : out.acceleration.covariance) c *= noise * noise;
     out.across = {std::move(fits[1]), std::move(fits[2])};
 }
 

@@ -103,7 +103,7 @@ std::vector<PeriodResult> drive_by_period(const calibration::HarmonicFit& fit, s
         if (k >= 0 && count >= 0.9 * usual && count > 5 && ldlt.rcond() > 1e-6) {
             const Row c = ldlt.solve(right);
             const Eigen::Matrix<double, 5, 5> inverse = ldlt.solve(Eigen::Matrix<double, 5, 5>::Identity());
-            const Eigen::MatrixXd covariance = fit.rms * fit.rms * inverse.topLeftCorner<4, 4>();
+            const Eigen::MatrixXd covariance = fit.scale * fit.scale * inverse.topLeftCorner<4, 4>();
             const GammaPhi g = gamma_phi(fit.at(1) + std::complex<double>(c(0), c(1)),
                                          fit.at(2) + std::complex<double>(c(2), c(3)), covariance);
             PeriodResult& p = out.emplace_back();

@@ -202,16 +202,18 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz, 
         sigma = out.spread.sigma_m * frequency_hz;
         note_memory(out.spread, notes);
     }
-    if (const auto& settling = out.spread.settling) {
+    if (const auto& settling = out.spread.settling;
+        settling && std::abs(settling->change_m) * frequency_hz > drive_effect_mps) {
         const double settled = line.value + settling->drift_m.value * frequency_hz,
                      settled_sd = settling->drift_m.sigma * frequency_hz;
-        if (std::abs(settling->change_m) * frequency_hz > drive_effect_mps) {
+        const double both = (std::abs(settled - line.value) + 2 * settled_sd) / 2;
+        sigma = std::hypot(sigma, std::sqrt(settling->weight) * both);
+        if (settling->weight > 0.5) {
             out.settled = {settled, settled_sd};
             notes.push_back("the walker is still settling: D changes by " +
                             percent(settling->change_m * frequency_hz / line.value) +
                             " over the run; v_D is its mean, the settled value is " +
                             velocity(settled, settled_sd) + "; v_D's error includes both");
-            sigma = std::hypot(sigma, (std::abs(settled - line.value) + 2 * settled_sd) / 2);
         }
     }
     out.v_D = {line.value, std::hypot(sigma, disagreement(walkers, sums, line.value, notes))};

@@ -1,6 +1,7 @@
 #include "daemon/reduction/period_fold.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -65,22 +66,47 @@ std::optional<PeriodFold::Period> PeriodFold::add(double t_s, double x_m, double
     return done;
 }
 
-bool settled(std::span<const double> D, double sigma) noexcept {
-    constexpr std::size_t needed = 6;
-    if (D.size() < needed || !(sigma > 0)) return false;
-    const auto last = D.last(needed);
-    for (const double d : last) {
-        if (!std::isfinite(d)) return false;
+namespace {
+
+constexpr std::size_t needed = 6;
+
+// Standard deviation of one drift about a smooth approach, from the second differences of the newest ones.
+double scatter_of(std::span<const double, 2 * needed> D) noexcept {
+    std::array<double, 2 * needed - 2> bends{};
+    for (std::size_t i = 0; i < bends.size(); ++i) bends[i] = std::abs(D[i + 2] - 2 * D[i + 1] + D[i]);
+    std::ranges::nth_element(bends, bends.begin() + needed - 1);
+    return bends[needed - 1] / (0.6745 * std::sqrt(6.0));  // 0.6745: median of |x|, x normal
+}
+
+// The newest drifts, many of them: their two halves agree, and they do not all go one way.
+bool agree(std::span<const double> D, double sigma) noexcept {
+    const std::size_t half = D.size() / 2;
+    double before = 0, now = 0;
+    for (std::size_t i = 0; i < half; ++i) {
+        before += D[i] / static_cast<double>(half);
+        now += D[half + i] / static_cast<double>(half);
     }
-    for (std::size_t i = 3; i < needed; ++i) {
-        if (std::abs(last[i] - last[i - 1]) > 3 * sigma * std::sqrt(2.0)) return false;
-    }
-    const double before = (last[0] + last[1] + last[2]) / 3, now = (last[3] + last[4] + last[5]) / 3;
-    if (std::abs(now - before) > 2 * sigma * std::sqrt(2.0 / 3)) return false;
-    const auto five = last.last(5);
+    for (std::size_t i = half; i < D.size(); ++i)
+        if (std::abs(D[i] - D[i - 1]) > 3 * sigma * std::sqrt(2.0)) return false;
+    if (std::abs(now - before) > 2 * sigma * std::sqrt(2.0 / static_cast<double>(half))) return false;
+    const auto five = D.last(5);
     const bool rising = std::adjacent_find(five.begin(), five.end(), std::greater_equal<>()) == five.end();
     const bool falling = std::adjacent_find(five.begin(), five.end(), std::less_equal<>()) == five.end();
     return !rising && !falling;
+}
+
+}  // namespace
+
+bool settled(std::span<const double> D, double sigma) noexcept {
+    constexpr double clear = 2;  // times sigma: the walker's own scatter
+    const auto finite = [](std::span<const double> d) {
+        return std::ranges::all_of(d, [](double x) { return std::isfinite(x); });
+    };
+    if (D.size() < needed || !(sigma > 0) || !finite(D.last(needed))) return false;
+    if (agree(D.last(needed), sigma)) return true;
+    if (D.size() < 2 * needed || !finite(D.last(2 * needed))) return false;
+    const double own = scatter_of(D.last<2 * needed>());
+    return own > clear * sigma && agree(D.last(2 * needed), own);
 }
 
 }  // namespace shaker::reduction

@@ -44,8 +44,10 @@ private:
 /// changes is within 3 sigma sqrt 2; the mean of the last 3 is within 2 sigma sqrt(2/3) of that of the 3
 /// before; the last 5 changes do not all have the same sign (a slow approach may stay below sigma in each
 /// step). For an approach by a factor of 0.7 per period, the remainder is then below 2 sigma. sigma > 0:
-/// standard deviation of one D, or the requested precision if larger. False for fewer than 6 values or
-/// non-finite ones.
+/// standard deviation of one D, or the requested precision if larger. Where the newest drifts scatter about a
+/// smooth approach by more than twice that, the same for 12 of them by their scatter: what then is left of an
+/// approach lies within it, as long as that takes no more than some 10 periods. False for fewer than 6 values
+/// or non-finite ones.
 bool settled(std::span<const double> D, double sigma) noexcept;
 
 }  // namespace shaker::reduction

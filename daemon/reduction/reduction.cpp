@@ -28,21 +28,25 @@ namespace {
 
 /// Largest change of v_D that the change of the drive during the record explains, m/s. By the exact Coulomb
 /// law from 0.5 to 3 g, |dv_D| < gamma/omega (|dgamma|/gamma / 2 + |dphi| / 5); a change of rho shows in
-/// gamma.
+/// gamma. A change within two of its errors does not count.
 double drive_effect(const std::vector<PeriodResult>& periods, const Reduction& r) {
-    const auto n = static_cast<std::ptrdiff_t>(periods.size());
+    const auto n = static_cast<std::ptrdiff_t>(periods.size()), first = std::max<std::ptrdiff_t>(n / 8, 1);
     if (n < 3) return 0;
     const auto mean = [&](std::ptrdiff_t from, std::ptrdiff_t to, auto of) {
         double sum = 0;
         for (auto i = from; i < to; ++i) sum += of(periods[static_cast<std::size_t>(i)]);
         return sum / static_cast<double>(to - from);
     };
-    const auto change = [&](auto of) {
-        return std::abs(mean(n - n / 3, n, of) - mean(0, std::max<std::ptrdiff_t>(n / 8, 1), of));
+    const double share = std::sqrt(1.0 / static_cast<double>(n / 3) + 1.0 / static_cast<double>(first));
+    const auto change = [&](auto of, auto error) {
+        const double noise = share * mean(0, n, error);
+        return std::max(0.0, std::abs(mean(n - n / 3, n, of) - mean(0, first, of)) - 2 * noise);
     };
-    const double gamma = change([](const PeriodResult&p) { return p.gamma.value; }),
+    const double gamma = change([](const PeriodResult&p) { return p.gamma.value; },
+                                [](const PeriodResult&p) { return p.gamma.sigma; }),
                  phi = change(
-                     [&](const PeriodResult&p) { return std::remainder(p.phi.value - r.phi.value, two_pi); });
+                     [&](const PeriodResult&p) { return std::remainder(p.phi.value - r.phi.value, two_pi); },
+                     [](const PeriodResult&p) { return p.phi.sigma; });
     constexpr double margin = 2;
     return margin * (gamma / 2 + r.gamma.value * phi / 5) / (two_pi * r.frequency.value);
 }

@@ -168,6 +168,7 @@ Results results_of(EndedRun& run, recording::Recorder* recording) {
                                    : results.trips.empty() ? "a failed device"
                                                            : "a limit",
                                    (results.part.to_s - results.part.from_s) * run.header.frequency_hz));
+    set_doubts(*results.reduction);
     return results;
 }
 

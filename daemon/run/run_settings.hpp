@@ -24,7 +24,7 @@ struct RunOptions {
     recorded::KeptPictures pictures = recorded::KeptPictures::first_second;
     bool identify = true;     // measure the response first; false: use the data sheet's response
     bool closed_loop = true;  // measured harmonics correct the drive
-    double mains_hz = 0;      // mains frequency, fitted together with the harmonics; 0: not fitted
+    double mains_hz = 0;      // mains frequency, fitted together with the harmonics; 0: where it is found
     bool threads = false;     // one thread for each loop; false: lockstep
     bool real_time = false;   // with threads: a simulated rig keeps to real time
     bool json = false;

@@ -46,6 +46,8 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         const safety::Trip& trip = streams.trips[stops_.size()];
         stops_.push_back({state(), measuring()});
         note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
+        if (trip.cause == safety::Cause::transverse && controller_.hums())
+            note("mains: their hum counts as motion across the axis: mend that first");
         const auto* check = std::get_if<LoopCheck>(&state_);
         if (check != nullptr && !check->over && trip.cause == safety::Cause::sensor_open)
             note("loop check: noise: the sensor shows no motion; its lead or the amplifier may be off");
@@ -216,6 +218,7 @@ void Sequence::report(const control::PeriodWindows::Window& window) {
 
 void Sequence::arm(acquisition::Channels& channels) {
     go(Armed{}, channels);
+    note_mains();
     base_.begin();
     if (!walker_.has_target() && !std::exchange(no_target_noted_, true))
         note("no camera has a target \"walker\": nothing stops the drive when the walker leaves the base");
@@ -231,6 +234,7 @@ void Sequence::arm(acquisition::Channels& channels) {
 
 void Sequence::start(acquisition::Channels& channels) {
     controller_.begin();
+    note_mains();
     go(Ramp{}, channels);
     say_(fmt::format("soft start over {} periods", plan_.soft_start));
     go_for_target(plan_.soft_start, channels);

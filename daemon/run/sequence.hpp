@@ -81,7 +81,7 @@ inline constexpr double usable_drive = 0.95;  // share of the drive's limit; the
 
 struct RunPlan {
     control::ControllerSettings controller;
-    double line_hz = 0;  // mains frequency, fitted together with the harmonics; 0: not fitted
+    double line_hz = 0;  // mains frequency, fitted together with the harmonics; 0: where it is found
     Task task{};
     int soft_start = 10;       // periods of the ramps at both ends
     int settle_at_most = 400;  // periods; then the measurement starts anyway, with a note
@@ -236,6 +236,8 @@ private:
     void finish_measuring(Run& run);
     [[nodiscard]] Run run_state(double from_s) const;
     void note_on_settling(bool late);
+    bool fit_mains();
+    void note_mains();
     void note(const std::string& what);
     void command(const Harmonics<Voltage>& volts, int ramp_periods, bool transient,
                  acquisition::Channels& channels);
@@ -299,6 +301,7 @@ private:
     std::vector<recording::FinishedMeasurement> measured_;
     std::optional<control::PeriodWindows::Window> newest_;
     std::vector<std::string> notes_;
+    std::string mains_;  // what was found of them; empty: nothing
 };
 
 }  // namespace shaker::run

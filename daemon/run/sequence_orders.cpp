@@ -101,6 +101,7 @@ void Sequence::set(const Drive& drive, const Task& task, acquisition::Channels& 
         frequency_ = Synthesiser::realised(drive.frequency, dac_rate_hz_);
         walker_.set_frequency(frequency_);
     }
+    note_mains();
     guard_.expect_another(channels);
     go_for_target(1, channels);
 }

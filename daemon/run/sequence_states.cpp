@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/reduction/check/bench_check.hpp"
 #include "daemon/run/sequence.hpp"
 
 namespace shaker::run {
@@ -33,6 +34,8 @@ constexpr double camera_patience_s = 2;
 constexpr int check_ramp = 2;         // periods to the level of the loop check
 constexpr double check_periods = 60;  // longest loop check: this and check_patience_s
 constexpr double check_patience_s = 2;
+constexpr double matters = 5e-4;  // of gamma: less of the mains does not move a locked drive
+constexpr double faint_drive_mps2 = 2.5;
 constexpr int least_held = 2;  // windows of a held drive: the walker follows its last change
 }  // namespace
 
@@ -69,6 +72,11 @@ void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
     if (!quiet.judged && guard_.settles() && !std::exchange(quiet.waits, true))
         say_("self-test: waits until the constant part of the accelerometer has settled");
     if (!quiet.judged || awaits_view(channels)) return;
+    if (!std::exchange(quiet.mains_sought, true) && fit_mains()) {  // the noise is measured without it
+        quiet.from_s = since_s_ = now_s_;
+        quiet.judged = false;
+        return controller_.forget_noise();
+    }
     self_tested_ = true;
     go(Idle{}, channels);
     if (plan_.on_call) return;
@@ -78,6 +86,45 @@ void Sequence::advance(Quiet& quiet, acquisition::Channels& channels) {
             !fits.empty())
             note(fits);
     arm(channels);
+}
+
+// True when the mains are found in the sensor and their strongest line is fitted from now on. What the
+// settings say goes before. On call, the set-points are not known yet.
+bool Sequence::fit_mains() {
+    const auto mains = windows_.mains();
+    const double least = matters * (plan_.on_call ? faint_drive_mps2 : controller_.drive().gamma);
+    if (plan_.line_hz > 0 || !mains || mains->amplitude_of(mains->strongest()) < least) return false;
+    plan_.line_hz = mains->strongest() * mains->hz;
+    std::vector<double> lines_hz;
+    std::string lines;
+    for (int m = 1; m <= control::Mains::multiples; ++m) {
+        if (mains->amplitude_of(m) < least) continue;
+        lines_hz.push_back(m * mains->hz);
+        lines += fmt::format("{}{:.3g} m/s^2 at {:.5g} Hz", lines.empty() ? "" : ", ", mains->amplitude_of(m),
+                             lines_hz.back());
+    }
+    mains_ = fmt::format(
+        "mains: the accelerometer shows {} before any drive: a ground loop, or a cable beside a "
+        "transformer; the line at {:.5g} Hz is fitted beside the harmonics (mains_hz of [run])",
+        lines, plan_.line_hz);
+    windows_.fit_line(plan_.line_hz);
+    controller_.hide(std::move(lines_hz));
+    return true;
+}
+
+// A harmonic at a line of the mains is not known, so the loop leaves it as it is. Each is noted once.
+void Sequence::note_mains() {
+    const auto once = [&](const std::string& what) {
+        if (!what.empty() && std::ranges::find(notes_, what) == notes_.end()) note(what);
+    };
+    once(mains_);
+    for (const int q : controller_.hidden())
+        once(fmt::format("mains: harmonic {} of {:.4g} Hz cannot be separated from the mains{}", q,
+                         frequency_,
+                         harmonics(controller_.drive()).at(q) != 0.0
+                             ? fmt::format(", and the set-point asks for it: choose another frequency; {}",
+                                           reduction::degraded_note)
+                             : ", is not corrected, and shows them in the results"));
 }
 
 // Not on call, the drive follows. Cameras may start after the DAC.

@@ -64,6 +64,7 @@ struct Quiet {
     double from_s = 0;    // as of Init; windows from before it do not count
     bool judged = false;  // the newest window was, without a finding
     bool waits = false;   // for the sensor's constant part; said once
+    bool mains_sought = false;
 };
 struct Idle {
     bool ended = false;  // the one run is over

@@ -181,7 +181,7 @@ std::optional<double> WalkerMonitor::drift_m() const noexcept {
 
 bool WalkerMonitor::settled_since(double from_s, double gamma) const {
     std::vector<double> since;
-    double sigma = 1e-4 * gamma / (two_pi * frequency_ * frequency_);
+    double sigma = 3e-5 * gamma / (two_pi * frequency_ * frequency_);
     for (const reduction::PeriodFold::Period& p : drifts_) {
         if ((p.k - 1) / frequency_ < from_s) continue;  // a drift spans two periods
         since.push_back(p.drift.value);

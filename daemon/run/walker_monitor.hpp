@@ -37,7 +37,7 @@ public:
     [[nodiscard]] bool sees() const noexcept { return watches_ && found_age_s_ <= most_age_s_; }
     /// The followed camera; empty before the first.
     [[nodiscard]] const std::string& camera() const noexcept { return camera_; }
-    /// True when the drifts of whole periods since `from_s` (s) have settled to 1e-4 V / f, with
+    /// True when the drifts of whole periods since `from_s` (s) have settled to 3e-5 V / f, with
     /// V = gamma / (2 pi f); gamma in m/s^2.
     [[nodiscard]] bool settled_since(double from_s, double gamma) const;
     /// Drift of a period of the drive, m: mean of the newest five; empty before the first.

@@ -154,7 +154,7 @@ void Clients::say(int client, Action action, double value) {
                 fmt::format("APPL:BIH {}, {}, 0.5, {}", drive.frequency, drive.gamma, drive.phi));
         case Action::start:
             return order("start",
-                         {{"periods", 2 + static_cast<int>(8 * value)},
+                         {{"periods", 3 + static_cast<int>(8 * value)},
                           {"settle_periods", 3},
                           {"measurements", value > 0.8 ? 1 : 0}},
                          value > 0.8 ? "TRIG:COUN 1;:OUTP ON" : "TRIG:COUN INF;:OUTP ON");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/shared_data.hpp"
@@ -112,6 +113,42 @@ TEST_F(BuildingSwingTest, BottomBeamIsRigidAndHardlyMoves) {
         std::printf("bottom dot %zu: spread %.3f px rms in x\n", k + 1, rms_about_mean(x));
         EXPECT_LT(rms_about_mean(x), 0.6);  // 0.35: the beam itself sways
     }
+}
+
+// Patches on the dots, all of them, each alone and every other one: on no other dot while they are ok.
+TEST_F(BuildingSwingTest, APatchIsNeverOnAnotherDotWhileItIsOk) {
+    const auto movie = test::grey_movie(folder_ / "top.mkv");
+    const Fixes dots_at = follow(top_);
+    View all = top_;
+    for (Target& target : all.targets) {
+        auto& [x, y, width, height] = target.roi_px;
+        target.kind = TargetKind::patch;
+        target.roi_px = {x - 4, std::max(0, y - 4), 49, 49};
+    }
+    std::vector<std::vector<std::size_t>> choices{{0, 1, 2, 3, 4, 5, 6}, {0, 2}, {2, 4}, {4, 6}};
+    for (std::size_t k = 0; k < dots; ++k) choices.push_back({k});
+    int ok = 0, wrong_ok = 0, wrong_doubted = 0, lost = 0;
+    for (const auto& choice : choices) {
+        View some = all;
+        some.targets.clear();
+        for (const std::size_t k : choice) some.targets.push_back(all.targets[k]);
+        const Fixes patches = test::follow(some, movie);
+        for (std::size_t i = 0; i < patches.size(); ++i) {
+            for (std::size_t n = 0; n < choice.size(); ++n) {
+                const Fix &patch = patches[i][n], &dot = dots_at[i][choice[n]];
+                lost += !found(patch.state);
+                if (!found(patch.state)) continue;
+                const bool wrong = std::abs(patch.x_px - dot.x_px) > 40;
+                ok += !doubtful(patch.state);
+                wrong_ok += wrong && !doubtful(patch.state);
+                wrong_doubted += wrong && doubtful(patch.state);
+            }
+        }
+    }
+    std::printf("patches on dots: %d ok, %d of these on another dot; %d in doubt on another dot, %d lost\n",
+                ok, wrong_ok, wrong_doubted, lost);
+    EXPECT_EQ(wrong_ok, 0);
+    EXPECT_GT(ok, 2000);
 }
 
 // Check independent of the dots' names: the picture itself must move like the dots. A dot mistaken for its

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "drivers/errors.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/tracking/tracking_scene.hpp"
 
 namespace shaker::tracking {
@@ -37,7 +39,7 @@ test::Shot picture(double shift, const std::vector<int>& hidden, std::mt19937_64
 }
 
 struct Count {
-    int right = 0, wrong = 0, lost = 0;
+    int right = 0, wrong = 0, lost = 0, wrong_ok = 0, beyond = 0;  // beyond three stated errors
 };
 
 // Free swing of 45 px amplitude at five frames per period, with random phases and occasional jerks: steps of
@@ -48,23 +50,29 @@ Count swing(const View& view, int first, Hidden hidden, std::uint64_t seed) {
     std::uniform_real_distribution<double> jump{-60, 60};
     ViewTracker tracker{view};
     Count count;
+    // A patch is followed by the middle of its region of 24 px.
+    const double first_at = view.targets.front().kind == TargetKind::patch ? 149.5 : 150;
     double shift = 0;
     for (int i = 0; i < 120; ++i) {
         const auto shot = picture(shift, hidden(i), random);
         const auto fixes = tracker.update(shot.view(), CameraTick{i});
         for (std::size_t k = 0; k < fixes.size(); ++k) {
-            const double truth = 150 + spacing * (first + static_cast<int>(k)) + shift;
+            const double truth = first_at + spacing * (first + static_cast<int>(k)) + shift;
             if (!found(fixes[k].state))
                 ++count.lost;
             else if (std::abs(fixes[k].x_px - truth) < 0.5)
                 ++count.right;
-            else
+            else {
                 ++count.wrong;
+                count.wrong_ok += !doubtful(fixes[k].state);
+                count.beyond += std::abs(fixes[k].x_px - truth) > 3 * fixes[k].sd_px;
+            }
         }
         const double step = jump(random);
         shift += std::abs(shift + step) < 45 ? step : (std::abs(shift - step) < 45 ? -step : 0);
     }
-    std::printf("right %d, lost %d, wrong %d\n", count.right, count.lost, count.wrong);
+    std::printf("right %d, lost %d, wrong %d (ok %d, beyond the error %d)\n", count.right, count.lost,
+                count.wrong, count.wrong_ok, count.beyond);
     return count;
 }
 
@@ -100,6 +108,21 @@ TEST(IdentityTest, LookAlikesDoNotReplaceTheTarget) {
         row_of_dots(3, 4), 3, [](int) { return std::vector<int>{}; }, 2);
     EXPECT_EQ(count.wrong, 0);
     EXPECT_EQ(count.lost, 0);
+}
+
+// The same as patches, which may have to stay lost; a hand hides all dots, an end, or none.
+TEST(IdentityTest, APatchIsNeverOnAnotherDotWhileItIsOk) {
+    for (const auto& [from, to] : {std::pair{0, 1}, {2, 5}}) {
+        View view = row_of_dots(from, to);
+        for (Target& target : view.targets) target.kind = TargetKind::patch;
+        const auto hand = [](int i) {
+            return i % 40 > 32   ? std::vector<int>{0, 1, 2, 3, 4, 5, 6}
+                   : i % 30 > 20 ? std::vector<int>{6}
+                                 : std::vector<int>{};
+        };
+        for (int n = 0; n < test::plays(1, 20); ++n)
+            EXPECT_EQ(swing(view, from, hand, 3 + static_cast<std::uint64_t>(n)).wrong_ok, 0);
+    }
 }
 
 TEST(IdentityTest, TwoTargetsOnOneBlobAreRefused) {

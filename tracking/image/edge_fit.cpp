@@ -218,17 +218,25 @@ EdgeFitResult EdgeFit::fit(const Outline& start, const EdgePrior& prior, int blo
 // Disagreement of blocks beyond their noise and learned offset (a reflection, an object in front) is added to
 // the error.
 void EdgeFit::summarise(EdgeFitResult& result) const {
-    double disagreement = 0, count = 0, trimmed = 0, whole = 0;
+    constexpr double far_beyond = 6, least_bent = 0.1;  // of the variance; px
+    double disagreement = 0, squares = 0, normal = 0, count = 0, trimmed = 0, whole = 0;
     for (const Block& b : blocks_) {
         trimmed += b.trimmed;
         whole += b.whole;
         if (!b.used || !(b.normal(2, 2) > 0)) continue;
         const double off = b.score[2] / b.normal(2, 2) - b.habit.off;
         disagreement += off * off * b.normal(2, 2) / (result.noise * result.noise * b.habit.known());
+        squares += off * off * b.normal(2, 2);
+        normal += b.normal(2, 2);
         count += 1;
         result.coverage += b.coverage;
+        for (std::size_t i = 0; i < 2; ++i) result.slope.at(i) += b.own_slope.at(i);
     }
-    if (count > 6) result.covariance *= std::max(1.0, disagreement / (count - 4));
+    for (double& slope : result.slope) slope /= std::max(count, 1.0);
+    const double factor = count > 6 ? std::max(1.0, disagreement / (count - 4)) : 1;
+    result.covariance *= factor;
+    if (factor > far_beyond && squares > least_bent * least_bent * normal)
+        result.bent = std::sqrt(squares / normal);
     result.trimmed = trimmed / std::max(whole, 1.0);
 }
 

@@ -39,11 +39,13 @@ struct EdgeFitResult {
     Outline outline;
     bool converged = false;
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of x, y
-    double contrast = 0;  // grey levels, inside minus outside, median over the blocks in use
-    double noise = 0;     // grey levels, rms of the residuals in use
-    double freedom = 0;   // samples in use, less what is fitted to each block
-    double coverage = 0;  // outline in use, in weight of samples
-    double trimmed = 0;   // share of samples excluded as outliers
+    double contrast = 0;            // grey levels, inside minus outside, median over the blocks in use
+    double noise = 0;               // grey levels, rms of the residuals in use
+    double freedom = 0;             // samples in use, less what is fitted to each block
+    double coverage = 0;            // outline in use, in weight of samples
+    double trimmed = 0;             // share of samples excluded as outliers
+    double bent = 0;                // px, rms disagreement of the blocks where it is far beyond their noise
+    std::array<double, 2> slope{};  // of the ground over the contrast, mean over the blocks in use, 1/px
 };
 
 /// Slope of the ground of a block over its contrast, which light that flickers does not change, learned from

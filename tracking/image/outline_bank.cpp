@@ -320,14 +320,17 @@ EdgeFitResult OutlineBank::fit(const ImageView& image, Point start, std::span<co
 // What the last step shows besides the place.
 EdgeFitResult OutlineBank::summed(const Step& step) {
     double squares = step.squares;
+    EdgeFitResult result;
     // What the place on the grid leaves is no noise. With known slopes it stands for their error.
-    for (std::size_t b = 0; b < seen_.size(); ++b)
-        if (!plane() && seen_[b].used && !is_mean(b)) squares -= explained_by(step.change, place_, b);
+    for (std::size_t b = 0; b < seen_.size(); ++b) {
+        if (!seen_[b].used || is_mean(b)) continue;
+        if (!plane()) squares -= explained_by(step.change, place_, b);
+        for (std::size_t i = 0; i < 2 && plane(); ++i) result.slope.at(i) += seen_[b].slope.at(i) / step.used;
+    }
     const double variance = std::max(squares / step.freedom, least_variance);
     // Not where something is in front of a block, which is in the mean, too.
     whole_ = step.used == step.looked;
     newest_common_ = whole_ ? common_of(step.change, place_, variance) : 0;
-    EdgeFitResult result;
     result.converged = true;
     result.covariance = common() * disagreement(place_, step.change, variance) *
                         certain(step.normal, variance).inverse().topLeftCorner<2, 2>() /

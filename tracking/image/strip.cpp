@@ -83,12 +83,15 @@ void exclude_hidden(std::span<StripPart> parts, double slack, std::vector<double
     }
     if (scratch.empty()) return;
     const double middle = nth(scratch.size() / 2);
-    for (StripPart& p : parts) p.used = p.used && std::abs(p.off - middle) < 5 * p.off_sd + slack;
+    for (StripPart& p : parts) {
+        p.apart = p.used && !(std::abs(p.off - middle) < 5 * p.off_sd + slack);
+        p.used = p.used && !p.apart;
+    }
 }
 
-StripMean mean_of(std::span<const StripPart> parts) {
+StripMean mean_of(std::span<const StripPart> parts, std::size_t places) {
     StripMean mean;
-    double sum = 0, scatter = 0;
+    double sum = 0, scatter = 0, apart = 0, all = 0;
     for (const StripPart& p : parts) {
         if (!p.used) continue;
         mean.used += 1;
@@ -98,9 +101,26 @@ StripMean mean_of(std::span<const StripPart> parts) {
     }
     if (!(mean.used > 0)) return mean;
     mean.off = sum / mean.weight;
-    for (const StripPart& p : parts)
-        if (p.used) scatter += (p.off - mean.off) * (p.off - mean.off) / (p.off_sd * p.off_sd);
+    for (const StripPart& p : parts) {
+        const double far = (p.off - mean.off) * (p.off - mean.off);
+        if (p.used) scatter += far / (p.off_sd * p.off_sd);
+        if (p.apart) apart += p.weight * far;
+        if (p.used || p.apart) all += p.weight;
+    }
+    mean.apart = std::sqrt(apart / all);
+    double common = 0;
+    for (std::size_t k = 0; k < places; ++k) {
+        double weight = 0, off = 0;
+        for (std::size_t i = k; i < parts.size(); i += places) {
+            if (!parts[i].used) continue;
+            const double certainty = 1 / (parts[i].off_sd * parts[i].off_sd);
+            weight += certainty;
+            off += certainty * (parts[i].off - mean.off);
+        }
+        if (weight > 0) mean.places += 1, common += off * off / weight;
+    }
     if (mean.used > 3) mean.excess = std::sqrt(std::max(1.0, scatter / (2 * (mean.used - 1))));
+    if (mean.places > 1) mean.excess = std::max(mean.excess, std::sqrt(common / (2 * (mean.places - 1))));
     return mean;
 }
 

@@ -41,19 +41,22 @@ struct StripPart {
     double off = 0, off_sd = 0;    // px
     double weight = 0;             // proportional to 1 / off_sd^2
     bool used = false;
+    bool apart = false;  // as good as the others, and elsewhere
 };
 
 /// Excludes parts whose contrast or place differs from the others' by more than noise; `slack`: px by which
-/// places may differ beside noise. Leaves `used` true for the others.
+/// places may differ beside noise. Leaves `used` true for the others, and tells which are only elsewhere.
 void exclude_hidden(std::span<StripPart> parts, double slack, std::vector<double>& scratch);
 
-/// Weighted mean of the used parts.
+/// Weighted mean of the used parts: those of the first band, then of the next, `places` in each.
 struct StripMean {
     double used = 0, weight = 0, off = 0, gain = 0;  // gain: sum over the used parts
-    /// How much the parts scatter about their mean, over what their noise now and in frame 0 explains; at
-    /// least 1.
+    double places = 0;                               // where a part is used
+    /// How much the parts, or the means over the bands at their places, scatter about their mean, over what
+    /// their noise now and in frame 0 explains; at least 1. What the bands have in common is no noise.
     double excess = 1;
+    double apart = 0;  // px, by which the place is in doubt for parts that are as good and elsewhere
 };
-StripMean mean_of(std::span<const StripPart> parts);
+StripMean mean_of(std::span<const StripPart> parts, std::size_t places);
 
 }  // namespace shaker::tracking

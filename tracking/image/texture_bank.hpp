@@ -59,6 +59,17 @@ public:
         /// Correlation of texture and picture.
         [[nodiscard]] double likeness() const noexcept;
     };
+    /// The same for a body that moves in several ways: T and the smooth derivatives along each way.
+    template <int ways>
+    struct Motion {
+        Eigen::Matrix<double, 2, ways> across =
+            Eigen::Matrix<double, 2, ways>::Zero();  // 1, T with the derivatives of T
+        Eigen::Matrix<double, ways, 2> seen =
+            Eigen::Matrix<double, ways, 2>::Zero();  // the smooth derivatives with 1, T
+        Eigen::Matrix<double, ways, 1> picture = Eigen::Matrix<double, ways, 1>::Zero();
+        Eigen::Matrix<double, ways, ways> own = Eigen::Matrix<double, ways, ways>::Zero(),
+                                          spread = own;  // with those of T, with themselves
+    };
 
     TextureBank() = default;
     explicit TextureBank(Texture texture);
@@ -72,6 +83,26 @@ public:
     bool compare(const ImageView& image, Place place, int every = 1);
     /// Sums over the compared blocks that are in use.
     [[nodiscard]] Sums sums() const noexcept;
+    /// way(p): the shifts of a block whose middle is at p, px from the texture's middle, a column for each
+    /// way.
+    template <int ways, class Way>
+    [[nodiscard]] Motion<ways> motion(Way way) const noexcept {
+        Motion<ways> all;
+        for (std::size_t b = 0; b < blocks_.size(); ++b) {
+            if (!use_[b].compared || !use_[b].used) continue;
+            const Block& block = blocks_[b];
+            const Eigen::Matrix<double, 2, ways> u =
+                way(Point{block.x + 0.5 * (block.columns - texture_.width()),
+                          block.y + 0.5 * (block.rows - texture_.height())});
+            const Sums& s = now_->sums[b];
+            all.across += s.own.template block<2, 2>(0, 2) * u;
+            all.seen += u.transpose() * s.own.template block<2, 2>(4, 0);
+            all.picture += u.transpose() * s.picture.template segment<2>(2);
+            all.own += u.transpose() * s.own.template block<2, 2>(4, 2) * u;
+            all.spread += u.transpose() * s.own.template block<2, 2>(4, 4) * u;
+        }
+        return all;
+    }
     /// Puts all blocks in use.
     void use_all() noexcept;
     /// Uses the blocks that I = offset + gain T fits about as well as half of them. Returns the share of the

@@ -12,6 +12,9 @@ namespace {
 
 constexpr double white_weight = 30;
 constexpr double no_jitter_weight = 2.5, slight_jitter_weight = 0.08;
+// Gain of the log-likelihood by an approach at which it is as likely as none, with a prior of few tails and
+// for the choice of rate and amplitude; and below which it does not count.
+constexpr double even_odds = 7, unlikely = 3;
 constexpr double no_memory_weight = 0.75, memory_exponent = 0.8, most_memory = 0.99;
 
 /// Cells of equal width in a logarithm.
@@ -194,6 +197,7 @@ struct FoundApproach {
     Approach approach;
     double contraction = 0;
     double settled_sd_m = 0;  // with the error of the contraction
+    double weight = 0;
 };
 
 /// Candidates for the scatter about an approach: at most that of the likeliest one without it.
@@ -210,7 +214,7 @@ Approach approach_at(std::span<const PeriodMean> means, std::span<const Scatter>
     return *std::ranges::max_element(all, {}, &Approach::log_likelihood);
 }
 
-/// The approach that the means show, if the likelihood prefers it clearly.
+/// The approach that the means show, unless it is unlikely.
 std::optional<FoundApproach> find_approach(std::span<const PeriodMean> means, const Posterior& posterior) {
     if (means.size() < 8) return {};
     double without = -std::numeric_limits<double>::infinity();
@@ -223,14 +227,13 @@ std::optional<FoundApproach> find_approach(std::span<const PeriodMean> means, co
         const Approach a = approach_at(means, scatters, r);
         if (a.log_likelihood > best.log_likelihood) best = a, rate = r;
     }
-    if (best.log_likelihood < without + 5) return {};
+    if (best.log_likelihood < without + unlikely) return {};
     for (int i = 0; i < 10; ++i, step /= 2) {
         for (const double r : {rate * std::exp(-step), rate * std::exp(step)}) {
             const Approach a = approach_at(means, scatters, r);
             if (a.log_likelihood > best.log_likelihood) best = a, rate = r;
         }
     }
-    if (best.log_likelihood < without + 8) return {};
     // Error of the rate from the curvature of the likelihood.
     const Approach slower = approach_at(means, scatters, rate * std::exp(-4 * step)),
                    faster = approach_at(means, scatters, rate * std::exp(4 * step));
@@ -238,7 +241,8 @@ std::optional<FoundApproach> find_approach(std::span<const PeriodMean> means, co
         (2 * best.log_likelihood - slower.log_likelihood - faster.log_likelihood) / (16 * step * step);
     const double by_rate =
         (faster.settled_m - slower.settled_m) / (8 * step) / std::sqrt(std::max(curvature, 1.0));
-    return FoundApproach{best, std::exp(-rate), std::hypot(best.settled_sd_m, by_rate)};
+    const double weight = 1 / (1 + std::exp(even_odds - (best.log_likelihood - without)));
+    return FoundApproach{best, std::exp(-rate), std::hypot(best.settled_sd_m, by_rate), weight};
 }
 
 /// The means without the approach.
@@ -271,9 +275,10 @@ DriftSpread drift_spread(std::span<const PeriodMean> means, const ScatterPrior& 
         const int n = static_cast<int>(means.size());
         out.settling = {
             {a.settled_m, approach->settled_sd_m * few_periods_factor(n - 4)},
-            a.amplitude_m * (std::pow(approach->contraction, means.back().k - means.front().k) - 1)};
+            a.amplitude_m * (std::pow(approach->contraction, means.back().k - means.front().k) - 1),
+            approach->weight};
         rest = settled(means, *approach);
-        posterior.emplace(rest, prior);
+        if (approach->weight > 0.5) posterior.emplace(rest, prior);
     }
     const Scatter& best = posterior->likeliest().scatter;
     out.sigma_m = half_width_95(*posterior) / 2;

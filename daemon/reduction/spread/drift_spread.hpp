@@ -22,19 +22,21 @@ struct ScatterPrior {
 struct Settling {
     calibration::Estimate drift_m;  // settled D minus that of the straight line; +-2 sigma covers 95 %
     double change_m = 0;            // of D from the first to the last period
+    double weight = 1;              // probability that D does so, against a D that is settled, 0..1
 };
 
 struct DriftSpread {
     /// Half of the 95 % half-width of the drift per period (m) from a straight line through all positions:
-    /// +-2 sigma covers 95 %, also for few periods. An approach to a settled value does not count as
-    /// scatter. Infinite for fewer than 3 periods.
+    /// +-2 sigma covers 95 %, also for few periods. An approach to a settled value that is more likely
+    /// than not does not count as scatter. Infinite for fewer than 3 periods.
     double sigma_m = 0;
     double jitter_m = 0;      // m, standard deviation of D between periods, most likely value
     double mean_error_m = 0;  // m, standard deviation of one period's mean without jitter, most likely value
     double memory = 0;        // AR(1) coefficient of D from period to period, most likely value
     /// Independent values of D among N, median: N (1 - r)/(1 + r) where jitter with memory r dominates.
     double independent = 0;
-    std::optional<Settling> settling;  // at least 8 periods; found in about 1 of 100 settled walkers
+    /// At least 8 periods. One that is more likely than not is found in about 1 of 100 settled walkers.
+    std::optional<Settling> settling;
 };
 
 /// Model: drift_likelihood.hpp. The unknown scatter is averaged over with the restricted likelihood as

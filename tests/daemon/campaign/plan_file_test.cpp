@@ -110,7 +110,7 @@ TEST(PlanFileTest, RefusalsNameLineKeyAndRange) {
              Case{series + "periods = 40\nprecision = \"1mm/s\"\n",
                   "p.toml:3: series.precision: excludes periods; give one of the two"},
              Case{series + "periods = 1\n",
-                  "p.toml:2: series.periods: expected a whole number, 2 to 1000000"},
+                  "p.toml:2: series.periods: expected a whole number, 3 to 1000000"},
              Case{series + "least_periods = 10\n", "p.toml:2: series.least_periods: needs a precision"},
              Case{series + "precision = 1e-4\nleast_periods = 500\n",
                   "p.toml:3: series.least_periods: least_periods 500 exceeds most_periods 400"},

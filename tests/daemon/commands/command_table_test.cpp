@@ -108,7 +108,7 @@ TEST(CommandTableTest, PredictJsonTakesOptionalFile) {
 
 TEST(CommandTableTest, RefusalsNameOptionValueAndRange) {
     expect_in(refusal({"run", "--gamma", "2000g"}), {"--gamma", "2000g", "0.00102041 to 100 g"});
-    expect_in(refusal({"run", "--periods", "1"}), {"--periods", "\"1\"", "2 to 1000000"});
+    expect_in(refusal({"run", "--periods", "1"}), {"--periods", "\"1\"", "3 to 1000000"});
     expect_in(refusal({"run", "--settle", "x"}), {"--settle", "\"x\"", "0 to 10000"});
     expect_in(refusal({"run", "--frames", "most"}), {"--frames", "most", "off, first-second, region, full"});
     expect_in(refusal({"run", "--trips", "/no/such"}), {"--trips", "/no/such", "no such folder"});

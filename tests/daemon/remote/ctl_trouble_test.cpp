@@ -157,9 +157,9 @@ TEST(CtlTroubleTest, WrongValuesAreRefusedWithRange) {
     EXPECT_NE(refused("set --frequency nan").find("--frequency \"nan\": expected a finite number"),
               std::string::npos);
     EXPECT_NE(refused("set").find("expected --gamma, --phi, --rho or --frequency"), std::string::npos);
-    EXPECT_NE(refused("start --periods 1").find("--periods \"1\": expected a whole number from 2 to 1000000"),
+    EXPECT_NE(refused("start --periods 1").find("--periods \"1\": expected a whole number from 3 to 1000000"),
               std::string::npos);
-    EXPECT_NE(refused("start --periods 2.5").find("--periods \"2.5\": expected a whole number from 2"),
+    EXPECT_NE(refused("start --periods 2.5").find("--periods \"2.5\": expected a whole number from 3"),
               std::string::npos);
     EXPECT_NE(refused("wait runing").find("STATE \"runing\": expected one of starting, idle"),
               std::string::npos);

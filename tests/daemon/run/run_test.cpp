@@ -338,13 +338,13 @@ TEST(RunTest, BadInputIsRefusedWithStatus2) {
 TEST(RunTest, UnwritableDiskIsDeviceErrorWithFileName) {
     const auto folder = fresh_folder();
     const std::string name = std::string(300, 'x') + ".nxs";  // longer than file systems allow
-    const Outcome o = shakerd("run --periods 2 -o " + name, folder);
+    const Outcome o = shakerd("run --periods 3 -o " + name, folder);
     EXPECT_EQ(o.status, 3);
     EXPECT_NE(o.err.find(name), std::string::npos) << o.err;
 }
 
 TEST(RunTest, MissingFolderIsRefusedWithTheNextStep) {
-    const Outcome o = shakerd("run --periods 2 -o no/such/folder/x.nxs", fresh_folder());
+    const Outcome o = shakerd("run --periods 3 -o no/such/folder/x.nxs", fresh_folder());
     EXPECT_EQ(o.status, 2);
     EXPECT_NE(o.err.find("no/such/folder/x.nxs: there is no folder no/such/folder; make it first"),
               std::string::npos)

@@ -163,6 +163,13 @@ void TestPicture::texture(const tracking::Box& box, tracking::Point shift, doubl
     }
 }
 
+void TestPicture::shape(const tracking::Box& box, double level, double blur,
+                        const std::function<double(tracking::Point)>& distance) {
+    for (int y = std::max(0, box.y0); y < std::min(height_, box.y1); ++y)
+        for (int x = std::max(0, box.x0); x < std::min(width_, box.x1); ++x)
+            at(x, y) += gaussian_step(-distance({1.0 * x, 1.0 * y}) / blur) * (level - at(x, y));
+}
+
 void TestPicture::cover(const tracking::Box& box, double level) {
     for (int y = std::max(0, box.y0); y < std::min(height_, box.y1); ++y) {
         for (int x = std::max(0, box.x0); x < std::min(width_, box.x1); ++x) at(x, y) = level;
@@ -170,9 +177,8 @@ void TestPicture::cover(const tracking::Box& box, double level) {
 }
 
 void TestPicture::light(double gain, double slope) {
-    for (int y = 0; y < height_; ++y) {
-        for (int x = 0; x < width_; ++x) at(x, y) *= gain * (1 + slope * (x - 0.5 * width_) / width_);
-    }
+    change(
+        [&](double level, int x, int) { return level * gain * (1 + slope * (x - 0.5 * width_) / width_); });
 }
 
 Shot TestPicture::expose(const Exposure& exposure, std::mt19937_64& random) const {
@@ -185,8 +191,7 @@ Shot TestPicture::expose(const Exposure& exposure, std::mt19937_64& random) cons
     std::normal_distribution<double> normal;
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) {
-            const double level = *(levels_.data() + std::ptrdiff_t{y} * width_ + x);
-            const double noisy = level + (exposure.noise > 0 ? exposure.noise * normal(random) : 0.0);
+            const double noisy = level(x, y) + (exposure.noise > 0 ? exposure.noise * normal(random) : 0.0);
             const auto count = static_cast<std::uint16_t>(
                 std::clamp(std::nearbyint(exposure.depth * noisy), 0.0, exposure.full));
             std::byte* pixel =

@@ -2,6 +2,7 @@
 // Pictures with exactly known edges: the reference for tracking.
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <random>
 #include <span>
 #include <vector>
@@ -49,13 +50,25 @@ public:
     /// about the moved middle of the box. Same seed, same texture.
     void texture(const tracking::Box& box, tracking::Point shift, double strength, std::uint64_t seed,
                  double turn = 0);
+    /// A shape by its outline: `distance` of a point from it, px, negative inside; its edges are straight
+    /// over the blur's width. box: where it may be.
+    void shape(const tracking::Box& box, double level, double blur,
+               const std::function<double(tracking::Point)>& distance);
     /// Draws an obstacle in front.
     void cover(const tracking::Box& box, double level);
+    /// Sets each level to change(level, x, y).
+    void change(auto&& change) {
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x) at(x, y) = change(at(x, y), x, y);
+    }
     /// Multiplies by gain (1 + slope (x - middle) / width).
     void light(double gain, double slope);
     [[nodiscard]] Shot expose(const Exposure& exposure, std::mt19937_64& random) const;
     [[nodiscard]] int width() const noexcept { return width_; }
     [[nodiscard]] int height() const noexcept { return height_; }
+    [[nodiscard]] double level(int x, int y) const noexcept {
+        return *(levels_.data() + std::ptrdiff_t{y} * width_ + x);
+    }
 
 private:
     double& at(int x, int y) noexcept { return *(levels_.data() + std::ptrdiff_t{y} * width_ + x); }
