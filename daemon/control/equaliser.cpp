@@ -7,11 +7,10 @@
 namespace shaker::control {
 
 namespace {
-constexpr std::size_t judged_windows = 10, fewest_judged = 5;
-constexpr double clear_spread = 0.8;  // of what is allowed: fewer windows than ten are enough
-constexpr int longest_wait = 40;      // windows for a change to settle
-constexpr int most_blocks = 40;       // at one level
-constexpr int fresh_blocks = 15;      // after this many the plant is reset to the identified response
+constexpr std::size_t judged_windows = 10;
+constexpr int longest_wait = 40;  // windows for a change to settle
+constexpr int most_blocks = 40;   // at one level
+constexpr int fresh_blocks = 15;  // after this many the plant is reset to the identified response
 constexpr double much_worse = 3, least_harm = 0.03;  // times the previous error; of the target
 constexpr double slightly_worse = 1.1;
 constexpr int most_worse = 1;                          // consecutive steps
@@ -138,8 +137,7 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
     const auto n = static_cast<double>(errors_.size());
     const double spread = 3 * noise / std::sqrt(0.5 * n);  // three sd of the mean of a complex amplitude
     const double gamma = gamma_ * settings_.levels[level_] * reached_;
-    bool clear = errors_.size() >= fewest_judged;
-    report.locked = mode_ == Mode::track;
+    report.locked = mode_ == Mode::track && errors_.size() == judged_windows;
     for (int q = 1; q <= settings_.harmonics; ++q) {
         std::complex<double> mean = 0;
         for (const auto& e : errors_) mean += e.at(q) / n;
@@ -147,11 +145,8 @@ void Equaliser::judge(const Harmonics<Acceleration>& error, double noise, Report
         const double own = std::abs(target_.at(q)) * gamma / gamma_;
         const double allowed = kept_within * (own > 0 ? own : gamma);
         report.noise_limited = report.noise_limited || spread > allowed;
-        clear = clear && spread < clear_spread * allowed;
         report.locked = report.locked && std::abs(mean) < std::max(allowed, spread);
     }
-    report.judged = clear || errors_.size() == judged_windows;
-    report.locked = report.locked && report.judged;
 }
 
 // Waits until a change has died away, then averages a block: one window, four when noise matters.
@@ -257,7 +252,7 @@ void Equaliser::learn(const Harmonics<Voltage>& stepped, Harmonics<Acceleration>
 // A known drive is held from its first window on; it is judged when the walker has come nearer to its motion.
 void Equaliser::track(const PeriodWindow& window, const Harmonics<Acceleration>& error, double noise,
                       Report& report) {
-    const bool unjudged = known_ && !report.judged;
+    const bool unjudged = known_ && errors_.size() < judged_windows;
     if (!(unjudged || (report.locked && (hold_ || known_)))) {
         ++followed_;
         averaged_ = report.locked ? averaged_ + 1 : std::min(followed_, static_cast<int>(judged_windows));

@@ -64,9 +64,8 @@ public:
                               // the plant prevents more
         double noise = 0;     // sd of one part of a window's amplitude / gamma
         int held = 0;         // windows in a row that changed nothing, because the drive is held
-        bool judged = false;  // ten windows are known, or five whose mean is clear enough
-        bool locked = false;  // their mean: each harmonic within 0.1 % of gamma, those of the target within
-                              // 0.1 % of themselves, or within three sd of the mean
+        bool locked = false;  // mean of ten windows: each harmonic within 0.1 % of gamma, those of the target
+                              // within 0.1 % of themselves, or within three sd of the mean
         bool noise_limited = false;  // three sd of the mean exceed those 0.1 %
         bool no_motion = false;      // the base hardly moves for this drive: the drive was not changed
         /// The plant gave no more motion; the drive returned to the last that worked.

@@ -214,7 +214,7 @@ test("Invalid numbers are refused without a request to the daemon", async () => 
     await press(page, "Revert");
     assert.deepEqual([await set.isDisabled(), await start.isDisabled()], [false, false]);
     await page.fill("#periods", "2.5");
-    await page.locator("#start .will").getByText("periods: a whole number from 2").waitFor();
+    await page.locator("#start .will").getByText("periods: a whole number from 3").waitFor();
     assert.ok(await start.isDisabled());
     await page.fill("#periods", "");
     await page.fill("#measurements", "0");

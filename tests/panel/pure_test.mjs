@@ -77,7 +77,7 @@ test("A campaign is told in words, and a scan is an order in SI units or a refus
     assert.equal(scanOrder("phi", { ...fields, to: "3 rad" }).words, "0 deg to 3 rad");
     assert.equal(scanOrder("phi", { ...fields, from: "" }).refused, "from: a number is needed");
     assert.equal(scanOrder("gamma", { ...fields, steps: "1.5" }).refused, "steps: a whole number from 1");
-    assert.equal(scanOrder("gamma", { ...fields, periods: "1" }).refused, "periods: a whole number from 2");
+    assert.equal(scanOrder("gamma", { ...fields, periods: "1" }).refused, "periods: a whole number from 3");
 });
 
 test("A typed number has one decimal sign and perhaps a unit; without one it has the chosen unit", () => {

@@ -66,7 +66,9 @@ TEST_F(CalibrateResponseTest, WithItTheBaseMovesAsAsked) {
         "run --scene known.toml --gamma 1g --phi 0.6rad --periods 40 -o run.nxs --json", folder);
     ASSERT_EQ(run.status, 0) << run.err;
     const json r = json::parse(run.out);
-    EXPECT_NEAR(r.at("phi_rad"), 0.6, 3 * r.at("phi_se_rad").get<double>() + 3e-4);
+    // A drive is locked within 0.1 % of each harmonic, so phi within some 5e-4; the errors of phi, which took
+    // harmonics beyond the fitted ones for noise before, had covered a part of that.
+    EXPECT_NEAR(r.at("phi_rad"), 0.6, 3 * r.at("phi_se_rad").get<double>() + 5e-4);
     const Outcome truth = test::shakerd("predict --json --gamma 1g --mu 0.113 --phi 0.6rad", folder);
     EXPECT_NEAR(r.at("v_D_true_mps"), json::parse(truth.out).at("v_D_mps"), 4e-6);
     EXPECT_EQ(test::shakerd("replay run.nxs", folder).status, 0);

@@ -109,7 +109,7 @@ TEST_F(WebOrdersTest, RefusedTextsNameValueUnitAndRange) {
     refused("mu", R"({"mu": "500 %"})", "allowed: 0.5 to 300 %");
     refused("campaign", R"({"scan": "phi", "from": 0, "to": "900 deg", "steps": 6})",
             "to \"900 deg\": out of range");
-    refused("start", R"({"periods": "2.5"})", "periods \"2.5\": expected a whole number from 2");
+    refused("start", R"({"periods": "2.5"})", "periods \"2.5\": expected a whole number from 3");
     refused("start", R"({"periods": "20 Hz"})", "periods \"20 Hz\": expected a whole number");
     EXPECT_TRUE(bench.ordered().empty());
 }

@@ -171,7 +171,7 @@ TEST(RunnerTest, EndTimeExcludesIdleTimeOfDaemon) {
         test::slow, quick, folder,
         {{[](const service::BenchState& s) { return s.now_s > 20; },
           test::orders(service::Record{true, "late", recorded::KeptPictures::off}, answers)},
-         {test::in(RunState::idle), test::orders(service::Begin{2}, answers)},
+         {test::in(RunState::idle), test::orders(service::Begin{3}, answers)},
          {test::in(RunState::run), test::orders(service::End{}, answers)},
          {test::in(RunState::idle), [](service::BenchPort&) {}}},
         120));

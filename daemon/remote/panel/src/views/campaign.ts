@@ -33,7 +33,7 @@ type ScanFields = Record<"from" | "to" | "steps" | "periods", string>;
 /** The order for a scan, or why it is not one. A field without a unit is in degrees or g. `words`: what it scans. */
 export function scanOrder(of: string, fields: ScanFields): { body: Record<string, unknown>; words: string } | Refused {
     const from = typed("from", fields.from, scanUnits[of]!), to = typed("to", fields.to, scanUnits[of]!);
-    const steps = whole("steps", fields.steps, 1), periods = whole("periods", fields.periods, 2);
+    const steps = whole("steps", fields.steps, 1), periods = whole("periods", fields.periods, 3);
     if ("refused" in from) return from;
     if ("refused" in to) return to;
     if (typeof steps !== "number") return steps;

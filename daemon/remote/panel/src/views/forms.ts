@@ -18,7 +18,7 @@ function untilStopped(): boolean { return byId("how-long", HTMLSelectElement).va
 /** The run as typed; null: the field is empty. */
 function askedRun(): { periods: number | null; measurements: number | null } | Refused {
     const { value } = byId("periods", HTMLInputElement);
-    const periods = value.trim() === "" ? null : whole("periods", value, 2);
+    const periods = value.trim() === "" ? null : whole("periods", value, 3);
     if (periods !== null && typeof periods !== "number") return periods;
     const measurements = untilStopped() ? null : whole("measurements", byId("measurements", HTMLInputElement).value, 1);
     return measurements !== null && typeof measurements !== "number" ? measurements : { periods, measurements };
