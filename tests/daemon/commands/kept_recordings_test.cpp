@@ -41,8 +41,8 @@ std::string unpacked(const std::string& name, const std::filesystem::path& folde
 // of v_D, which follows from it; v_D and D stay. Else only errors whose estimate was wrong (version 4). v_D,
 // D and what contains them: by restricted likelihood, because they were 2.5 to 5 times too wide without
 // jitter and 4 times too narrow with memory. v_rms: with the error of the frequency. phi: its scatter wraps
-// at 180 degrees. Of the base's motion (version 11): harmonics beyond the fitted ones do not count as noise;
-// the bench check weighs by these errors.
+// at 180 degrees. Errors of the base's motion (version 11): harmonics beyond the fitted ones do not count as
+// noise; the bench check weighs by these errors.
 const std::set<std::string> may_move{"results/gamma_errors",
                                      "results/rho_errors",
                                      "harmonics/amplitude_errors",
