@@ -52,8 +52,8 @@ bool DriveController::begin_identification() {
     return true;
 }
 
-std::vector<int> DriveController::hidden() const {
-    return hidden_harmonics(lines_hz_, settings_.drive.frequency, controlled_harmonics);
+std::vector<int> DriveController::hidden(double frequency) const {
+    return hidden_harmonics(lines_hz_, frequency, controlled_harmonics);
 }
 
 EqualiserSettings DriveController::equaliser_settings(bool from_below) const {
@@ -61,7 +61,7 @@ EqualiserSettings DriveController::equaliser_settings(bool from_below) const {
             .volts_limit = settings_.volts_limit,
             .noise = noise_,
             .from_below = from_below,
-            .hidden = hidden()};
+            .hidden = hidden(settings_.drive.frequency)};
 }
 
 void DriveController::begin() {

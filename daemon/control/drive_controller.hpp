@@ -43,8 +43,8 @@ public:
     /// from the next begin() or set() at another frequency on.
     void hide(std::vector<double> lines_hz) { lines_hz_ = std::move(lines_hz); }
     [[nodiscard]] bool hums() const noexcept { return !lines_hz_.empty(); }
-    /// Harmonics that lie on one of these lines, in the order of q.
-    [[nodiscard]] std::vector<int> hidden() const;
+    /// Harmonics of a frequency (Hz) that lie on one of these lines, in the order of q.
+    [[nodiscard]] std::vector<int> hidden(double frequency) const;
     /// New voltage limit, from the next window on; an identification keeps the limit with which it began.
     void limit(double volts) noexcept;
     /// Discards the identified response; the data sheet is used until the next identification.

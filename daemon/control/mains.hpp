@@ -22,8 +22,8 @@ struct Mains {
 };
 
 /// Compares 50 and 60 Hz and their multiples with what lies 5 Hz beside them, in blocks of 0.2 s, which hold
-/// whole periods of each. Gravity and noise without lines are no mains: their power would have to be 30 times
-/// as large at a line as beside it. Not thread-safe.
+/// whole periods of each. A line counts where the power is 30 times that beside it, which neither noise nor a
+/// sensor that settles makes. Not thread-safe.
 class MainsWatch {
 public:
     /// rate_hz: of the sensor. Lines above 0.45 of it are not looked for.
@@ -52,7 +52,8 @@ private:
     bool follows_ = false;  // the block before was whole
 };
 
-/// Harmonics 1..K of `frequency` (Hz) that windows cannot tell from one of the lines (Hz), in the order of q.
+/// Harmonics 1..K of `frequency` (Hz), in the order of q, that are too near one of the lines (Hz) for a
+/// window to separate the two.
 std::vector<int> hidden_harmonics(const std::vector<double>& lines_hz, double frequency, int harmonics);
 
 }  // namespace shaker::control

@@ -59,15 +59,14 @@ void OnCall::reduce_finished(const acquisition::Streams& streams) {
     for (; reduced_ < all.size(); ++reduced_) {
         const recording::MeasuredPart part = all[reduced_].part;
         const double f = Synthesiser::realised(all[reduced_].asked.frequency, streams.dac_rate_hz);
-        std::vector<std::string> told = record_.warnings();
-        std::ranges::copy_if(sequence_.notes(), std::back_inserter(told), [](const std::string& note) {
-            return note.find(reduction::degraded_note) != std::string::npos;
-        });
+        std::vector<std::string> remarks = record_.warnings();
+        if (std::string doubt = sequence_.mains_doubt(all[reduced_].asked); !doubt.empty())
+            remarks.push_back(std::move(doubt));
         auto work = [m = measurement_of(streams, f, part.from_s, part.to_s),
-                     told = std::move(told)]() mutable -> Outcome {
+                     remarks = std::move(remarks)]() mutable -> Outcome {
             try {
                 reduction::Reduction r = reduce(std::move(m));
-                std::ranges::move(told, std::back_inserter(r.notes));
+                std::ranges::move(remarks, std::back_inserter(r.notes));
                 set_doubts(r);
                 return std::make_shared<const reduction::Reduction>(std::move(r));
             } catch (const std::exception& e) {  // the bench stays on call, whatever failed

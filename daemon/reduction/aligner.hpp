@@ -20,7 +20,7 @@ struct Alignment {
     calibration::Estimate frequency;  // Hz on master time
     calibration::HarmonicFit base;    // of the base's position, m
     /// Of the base along the shaker's axis, m/s^2, sign as AccelerometerInfo::acceleration; the constant is
-    /// gravity and offset.
+    /// gravity and offset. Its errors do not take what repeats with the drive for noise.
     calibration::HarmonicFit acceleration;
     std::array<double, 3> shaker_axis{};
     std::array<calibration::HarmonicFit, 2> across;  // of the base on the shaker axis' across_axes(), m/s^2

@@ -130,7 +130,11 @@ EndedRun ended_run(const Sequence& sequence, const acquisition::Streams& streams
     const control::DriveController& controller = sequence.controller();
     if (controller.identified()) run.identified = *controller.identified();
     run.notes = sequence.notes();
-    if (!sequence.measured().empty()) run.finished = sequence.measured().back().part;
+    if (!sequence.measured().empty()) {
+        run.finished = sequence.measured().back().part;
+        if (std::string doubt = sequence.mains_doubt(sequence.measured().back().asked); !doubt.empty())
+            run.notes.push_back(std::move(doubt));
+    }
     if (!sequence.trip()) {
         if (sequence.state() == RunState::run && run.finished.to_s <= run.finished.from_s)
             run.planned = {sequence.from_s(), sequence.to_s()};

@@ -47,7 +47,7 @@ void Sequence::take_trips(const acquisition::Streams& streams, acquisition::Chan
         stops_.push_back({state(), measuring()});
         note(fmt::format("stopped in state {}: {}", name(state()), text(trip)));
         if (trip.cause == safety::Cause::transverse && controller_.hums())
-            note("mains: their hum counts as motion across the axis: mend that first");
+            note("mains: the hum counts as motion across the axis; remove it first");
         const auto* check = std::get_if<LoopCheck>(&state_);
         if (check != nullptr && !check->over && trip.cause == safety::Cause::sensor_open)
             note("loop check: noise: the sensor shows no motion; its lead or the amplifier may be off");

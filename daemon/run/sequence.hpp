@@ -191,6 +191,8 @@ public:
     [[nodiscard]] const std::optional<double>& edge_trip_mm() const noexcept { return edge_trip_mm_; }
     /// Remarks on the run for the reader of the results; on call: since begin().
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
+    /// The note that degrades a measurement at a drive whose harmonics the mains hide; else empty.
+    [[nodiscard]] std::string mains_doubt(const Drive& drive) const;
     /// Reason of the stop; empty when no limit stopped the drive.
     [[nodiscard]] const std::optional<safety::Trip>& trip() const noexcept { return trip_; }
     /// State of the run at a trip.

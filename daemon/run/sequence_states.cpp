@@ -112,19 +112,26 @@ bool Sequence::fit_mains() {
     return true;
 }
 
-// A harmonic at a line of the mains is not known, so the loop leaves it as it is. Each is noted once.
+// Each is noted once.
 void Sequence::note_mains() {
     const auto once = [&](const std::string& what) {
         if (!what.empty() && std::ranges::find(notes_, what) == notes_.end()) note(what);
     };
     once(mains_);
-    for (const int q : controller_.hidden())
-        once(fmt::format("mains: harmonic {} of {:.4g} Hz cannot be separated from the mains{}", q,
-                         frequency_,
-                         harmonics(controller_.drive()).at(q) != 0.0
-                             ? fmt::format(", and the set-point asks for it: choose another frequency; {}",
-                                           reduction::degraded_note)
-                             : ", is not corrected, and shows them in the results"));
+    for (const int q : controller_.hidden(frequency_))
+        once(fmt::format(
+            "mains: harmonic {} of {:.4g} Hz lies on a line of the mains{}", q, frequency_,
+            harmonics(controller_.drive()).at(q) != 0.0
+                ? ", and the set-point asks for it: choose another frequency"
+                : "; the loop does not correct it, and its value in the results contains the mains"));
+}
+
+std::string Sequence::mains_doubt(const Drive& drive) const {
+    for (const int q : controller_.hidden(drive.frequency))
+        if (harmonics(drive).at(q) != 0.0)
+            return fmt::format("{}: harmonic {} of {:.4g} Hz lies on a line of the mains",
+                               reduction::degraded_note, q, drive.frequency);
+    return {};
 }
 
 // Not on call, the drive follows. Cameras may start after the DAC.

@@ -45,7 +45,8 @@ struct StripPart {
 };
 
 /// Excludes parts whose contrast or place differs from the others' by more than noise; `slack`: px by which
-/// places may differ beside noise. Leaves `used` true for the others, and tells which are only elsewhere.
+/// places may differ beside noise. Leaves `used` true for the others; sets `apart` for those whose place
+/// alone differs.
 void exclude_hidden(std::span<StripPart> parts, double slack, std::vector<double>& scratch);
 
 /// Weighted mean of the used parts: those of the first band, then of the next, `places` in each.
