@@ -145,7 +145,7 @@ void write_example_session(const std::filesystem::path& folder) {
                                seconds(*first.mid_exposure), view_text(view));
     }
     write_text(folder / "accelerations.csv", footage.accelerations);
-    const double v_D = drift_velocity(world.truth(0), from_s + 0.01, to_s - 0.04);
+    const double v_D = drift_velocity(world.truth(0), from_s + 0.01, to_s - 0.04, drive.frequency);
     write_text(
         folder / "truth.json",
         nlohmann::json{{"v_D_mps", v_D}, {"mu", scene.walker.mu_k}, {"gravity_mps2", scene.gravity}}.dump(2) +

@@ -119,7 +119,8 @@ void print_run_json(run::Runner& runner, const run::FinishedRun& ended) {
                                        {"dac_ppm_se", clock.ppm_sigma}};
     const Drive& asked = runner.options().drive;
     if (const auto& world = runner.bench().world) {
-        more["v_D_true_mps"] = drift_velocity(world->truth(0), results.part.from_s, results.part.to_s);
+        more["v_D_true_mps"] =
+            drift_velocity(world->truth(0), results.part.from_s, results.part.to_s, asked.frequency);
         more["v_D_asked_mps"] = coulomb_drift(harmonics(asked), asked.frequency, runner.bench().scene);
     }
     report::say(
@@ -142,7 +143,8 @@ void print_run_text(run::Runner& runner, const run::FinishedRun& ended) {
                    runner.bench().rig.dac->info().full_scale_V);
     if (const auto& world = runner.bench().world)
         print_truth(*results.reduction,
-                    drift_velocity(world->truth(0), results.part.from_s, results.part.to_s),
+                    drift_velocity(world->truth(0), results.part.from_s, results.part.to_s,
+                                   runner.options().drive.frequency),
                     runner.options().drive, runner.bench().scene,
                     {runner.wall_s(), runner.played_s(), world->render_seconds()});
     if (ended.whole && !ended.failure) report::say(fmt::format("recorded: {}\n", ended.file.string()));

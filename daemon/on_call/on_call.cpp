@@ -76,7 +76,7 @@ void OnCall::reduce_finished(const acquisition::Streams& streams) {
         Measured m;
         m.measurement = all[reduced_];
         if (record_.on()) m.recording = record_.name();
-        if (bench_.world) m.true_v_D = drift_velocity(bench_.world->truth(0), part.from_s, part.to_s);
+        if (bench_.world) m.true_v_D = drift_velocity(bench_.world->truth(0), part.from_s, part.to_s, f);
         pending_.push_back({std::move(m), reducer_.run(std::move(work))});
     }
 }

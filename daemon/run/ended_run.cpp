@@ -119,8 +119,8 @@ bool room_for_pictures(const std::filesystem::path& file) {
 }  // namespace
 
 Truth truth_of(const simulated::World& world, const std::vector<View>& views,
-               const recording::MeasuredPart& part) {
-    Truth truth{.v_D = drift_velocity(world.truth(0), part.from_s, part.to_s), .poses = {}};
+               const recording::MeasuredPart& part, double frequency_hz) {
+    Truth truth{.v_D = drift_velocity(world.truth(0), part.from_s, part.to_s, frequency_hz), .poses = {}};
     for (std::size_t i = 0; i < views.size(); ++i) truth.poses.push_back(world.truth(i));
     return truth;
 }

@@ -25,7 +25,7 @@ struct Truth {
     std::vector<std::vector<simulated::PoseTruth>> poses;  // one list per camera, in the order of the views
 };
 Truth truth_of(const simulated::World& world, const std::vector<View>& views,
-               const recording::MeasuredPart& part);
+               const recording::MeasuredPart& part, double frequency_hz);
 
 /// The data from which results and recording are made. The loops change none of them, so another thread may
 /// finish the run.

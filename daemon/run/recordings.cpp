@@ -297,7 +297,7 @@ void Recordings::finish(const Sequence& sequence) {
         run.tails = &collector_.tails();
     }
     if (!settings_.on_call && bench_.world != nullptr && on() && run.stops.empty())
-        run.truth = truth_of(*bench_.world, header_.views, run.finished);
+        run.truth = truth_of(*bench_.world, header_.views, run.finished, header_.frequency_hz);
     closing_ = on() ? file_.filename().string() : std::string{};
     if (on()) {
         job->run.file = file_;

@@ -17,13 +17,25 @@ namespace shaker::simulated {
 
 namespace {
 
-double walker_at(const std::vector<PoseTruth>& poses, double t) {
-    const auto after =
-        std::ranges::lower_bound(poses, t, {}, [](const PoseTruth& p) { return seconds(p.time); });
-    if (after == poses.end() || after == poses.begin()) return NAN;
-    const auto before = std::prev(after);
-    const double u = (t - seconds(before->time)) / (seconds(after->time) - seconds(before->time));
-    return std::lerp(before->walker, after->walker, u);
+// Mean position of the walker between two times; NaN if one is outside the exposures.
+double mean_position(const std::vector<PoseTruth>& poses, double from_s, double to_s) {
+    auto next =
+        std::ranges::lower_bound(poses, from_s, {}, [](const PoseTruth& p) { return seconds(p.time); });
+    if (next == poses.begin()) return NAN;
+    const auto at = [&](double t) {
+        const auto before = std::prev(next);
+        return std::lerp(before->walker, next->walker,
+                         (t - seconds(before->time)) / (seconds(next->time) - seconds(before->time)));
+    };
+    double sum = 0;
+    for (double t = from_s; t < to_s; ++next) {
+        if (next == poses.end()) return NAN;
+        const double end = std::min(seconds(next->time), to_s);
+        sum += (end - t) * at((t + end) / 2);
+        t = end;
+        if (end == to_s) break;
+    }
+    return sum / (to_s - from_s);
 }
 
 constexpr int pool_frames = 256;         // per camera
@@ -234,8 +246,14 @@ private:
 
 }  // namespace
 
-double drift_velocity(const std::vector<PoseTruth>& poses, double from_s, double to_s) {
-    return (walker_at(poses, to_s) - walker_at(poses, from_s)) / (to_s - from_s);
+double drift_velocity(const std::vector<PoseTruth>& poses, double from_s, double to_s, double frequency_hz) {
+    const double periods = std::max(2.0, std::round((to_s - from_s) * frequency_hz)),
+                 period_s = (to_s - from_s) / periods;
+    double moment = 0;
+    for (double k = 0; k < periods; ++k)
+        moment += (k - (periods - 1) / 2) *
+                  mean_position(poses, from_s + k * period_s, from_s + (k + 1) * period_s);
+    return 12 * moment / (periods * (periods * periods - 1) * period_s);
 }
 
 World::World(const Scene& scene, Pace pace) : state_{std::make_unique<State>(scene, pace)} {}

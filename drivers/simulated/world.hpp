@@ -17,9 +17,12 @@ struct PoseTruth {
     double walker = 0;
 };
 
-/// Mean velocity of the walker between two times (s) within the exposures, m/s; NaN if a time is outside.
-/// Linear interpolation between exposures h apart has an error of at most mu g h^2 / 8: 0.14 um for 1 ms.
-double drift_velocity(const std::vector<PoseTruth>& poses, double from_s, double to_s);
+/// What v_D means, without errors: the slope of the straight line through the walker's mean positions in the
+/// periods between two times (s), m/s; NaN if a time is outside the exposures. A correction of the drive
+/// moves the walker within its period and changes its drift. The way between two instants has both: the first
+/// is no drift, and a drift that changes has another mean than slope. At least 2 periods; a part of a period
+/// is shared among them.
+double drift_velocity(const std::vector<PoseTruth>& poses, double from_s, double to_s, double frequency_hz);
 
 /// One virtual bench; must outlive the devices it returns. Deterministic: equal scene and samples give equal
 /// bytes, in any threads. Virtual time advances only when the DAC is written.

@@ -106,7 +106,8 @@ TEST(LoadTest, LossesUnderLoadAgreeOnBothSides) {
         never_came(b.camera("top").counts()) + b.pulses_left_out());
     row("camera side, frames", device(r, "\"side\"").at("lost"),
         never_came(b.camera("side").counts()) + b.pulses_left_out());
-    const double v_true = b.drift(1, r.at("from_s"), r.at("to_s")), v_D = r.at("v_D_mps");
+    const double v_true = b.drift(1, r.at("from_s"), r.at("to_s"), r.at("frequency_hz")),
+                 v_D = r.at("v_D_mps");
     std::printf("v_D %.5f mm/s, true %.5f mm/s\n", 1e3 * v_D, 1e3 * v_true);
     EXPECT_NEAR(v_D, v_true, 1e-6);
 }

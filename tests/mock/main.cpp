@@ -173,11 +173,12 @@ const Actions<MockBench>& questions() {
          {"", "numbers sent and lost by every device",
           [](MockBench& b, Words&, Json& answer) { answer["counts"] = counts_of(b); }}},
         {"drift",
-         {"STREAM FROM TO", "the walker's true v_D between times (s) after the stream's first trigger pulse",
+         {"STREAM FROM TO FREQUENCY",
+          "the walker's true v_D between times (s) after the stream's first trigger pulse",
           [](MockBench& b, Words& w, Json& answer) {
               const std::uint64_t stream = w.count("STREAM");
               const double from = w.number("FROM", experiment_s), to = w.number("TO", experiment_s);
-              const double v = b.drift(stream, from, to);
+              const double v = b.drift(stream, from, to, w.number("FREQUENCY", {1, 1000}));
               answer["v_D_mps"] = std::isfinite(v) ? Json(v) : Json(nullptr);
           }}}};
     return actions;

@@ -382,12 +382,12 @@ std::vector<std::string> MockBench::camera_names() const {
 
 std::uint64_t MockBench::pulses_left_out() const { return state_->pulses_left_out; }
 
-double MockBench::drift(std::uint64_t stream, double from_s, double to_s) const {
+double MockBench::drift(std::uint64_t stream, double from_s, double to_s, double frequency_hz) const {
     const std::scoped_lock lock{state_->pulses};
     const auto found = state_->first_pulse.find(stream);
     if (found == state_->first_pulse.end()) return NAN;
     const double began_s = duration_s(found->second, state_->settings.scene.dac_rate_hz);
-    return drift_velocity(state_->world.truth(0), began_s + from_s, began_s + to_s);
+    return drift_velocity(state_->world.truth(0), began_s + from_s, began_s + to_s, frequency_hz);
 }
 
 }  // namespace shaker::mock

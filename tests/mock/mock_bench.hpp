@@ -64,7 +64,7 @@ public:
     [[nodiscard]] std::uint64_t pulses_left_out() const;
     /// True drift velocity of the walker, m/s, between two times (s) after the first trigger pulse of a
     /// stream; streams count from 1. NaN if no camera recorded it.
-    [[nodiscard]] double drift(std::uint64_t stream, double from_s, double to_s) const;
+    [[nodiscard]] double drift(std::uint64_t stream, double from_s, double to_s, double frequency_hz) const;
 
 private:
     struct State;

@@ -73,7 +73,7 @@ TEST(ClosedRunTest, GivesTrueDriftClockErrorAndExactWaveform) {
     const nlohmann::json r = run.results();
     ASSERT_FALSE(r.empty());
 
-    const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"));
+    const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"), r.at("frequency_hz"));
     const double v_D = r.at("v_D_mps");
     EXPECT_NEAR(v_D / v_true, 1, 0.01);
     EXPECT_NEAR(v_D, v_true, 8 * r.at("v_D_se_mps").get<double>() + 1e-4 * v_true);

@@ -32,7 +32,7 @@ struct FaultTest : testing::Test {
     nlohmann::json good_results() {
         nlohmann::json r = run.results();
         if (r.empty()) return r;
-        const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"));
+        const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"), r.at("frequency_hz"));
         EXPECT_NEAR(r.at("v_D_mps").get<double>() / v_true, 1, 0.01);
         return r;
     }
@@ -58,7 +58,7 @@ struct LongFaultTest : testing::Test {
         const auto r = nlohmann::json::parse(o.out, nullptr, false);
         ASSERT_TRUE(r.contains("v_D_mps")) << o.out << end_of(o.err);
         EXPECT_TRUE(noted(r, "a failed device stopped the run")) << r.at("notes");
-        const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"));
+        const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"), r.at("frequency_hz"));
         EXPECT_NEAR(r.at("v_D_mps").get<double>() / v_true, 1, 0.02);
     }
 };

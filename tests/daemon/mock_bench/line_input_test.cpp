@@ -36,7 +36,7 @@ TEST(LineInputTest, ResultsAreTrueOnOneCard) {
     EXPECT_TRUE(r.at("harmonics").at(0).at("across").is_null());
     EXPECT_TRUE(noted(r, "motion across the shaker's axis is not known"));
     EXPECT_TRUE(noted(r, "tilt by gravity is not known"));
-    const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"));
+    const double v_true = run.bench.drift(1, r.at("from_s"), r.at("to_s"), r.at("frequency_hz"));
     EXPECT_NEAR(r.at("v_D_mps"), v_true, 8 * r.at("v_D_se_mps").get<double>() + 1e-4 * v_true);
     const Outcome again = shakerd("replay run.nxs", run.folder);
     EXPECT_EQ(again.status, 0) << again.out << again.err;

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <thread>
 
@@ -202,6 +203,39 @@ TEST(WorldTest, PacedDacWaitsForReaderOfBlock) {
     }
     EXPECT_GT(done, 0U);
     rig.dac->stop();
+}
+
+/// Exposures of a walker whose motion within the period, and whose drift, change at 1.03 s.
+std::vector<PoseTruth> corrected_in_the_middle(double rate_hz, double motion_change,
+                                               double drift_change_mps) {
+    std::vector<PoseTruth> poses;
+    for (int i = 0; i / rate_hz < 3; ++i) {
+        const double t = i / rate_hz, after = std::max(0.0, t - 1.03);
+        const double motion = 1e-4 * (after > 0 ? 1 + motion_change : 1) * std::cos(2 * M_PI * 20 * t);
+        poses.push_back({{i}, master_time(t), 0, 0.01 * t + drift_change_mps * after + motion});
+    }
+    return poses;
+}
+
+// Between two instants the change of the motion counts as drift: 0.1 um in 2 s, half an error of v_D.
+TEST(DriftVelocityTest, MotionWithinThePeriodIsNoDrift) {
+    for (const double rate : {1000.0, 997.0, 200.0})
+        EXPECT_NEAR(drift_velocity(corrected_in_the_middle(rate, 0.01, 0), 0.53, 2.53, 20), 0.01, 2e-8)
+            << rate;
+}
+
+// A line through all periods gives those in the middle more weight than the ends, as the fit of v_D does.
+TEST(DriftVelocityTest, IsTheLineOfADriftThatChanges) {
+    const double early = 0.25;  // share of the time before the change
+    const double v = drift_velocity(corrected_in_the_middle(1000, 0, 1e-5), 0.53, 2.53, 20);
+    EXPECT_NEAR(v - 0.01, 1e-5 * (1 - 3 * early * early + 2 * early * early * early), 2e-8);
+}
+
+TEST(DriftVelocityTest, IsUnknownOutsideTheExposures) {
+    const auto poses = corrected_in_the_middle(1000, 0, 0);
+    EXPECT_TRUE(std::isnan(drift_velocity(poses, 2, 4, 20)));
+    EXPECT_TRUE(std::isnan(drift_velocity(poses, -1, 2, 20)));
+    EXPECT_TRUE(std::isnan(drift_velocity({}, 0, 1, 20)));
 }
 
 }  // namespace
