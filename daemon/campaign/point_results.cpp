@@ -10,6 +10,7 @@
 
 #include "daemon/campaign/campaign_folder.hpp"
 #include "daemon/campaign/combined_passes.hpp"
+#include "daemon/campaign/common_errors.hpp"
 #include "daemon/campaign/run_points.hpp"
 #include "daemon/recording/replay.hpp"
 #include "daemon/recording/tables/measured_tables.hpp"
@@ -233,6 +234,21 @@ std::map<std::string, Recorded> recordings_of(const std::filesystem::path& folde
     return recordings;
 }
 
+// The passes that count show the walker.
+void state_errors_of(std::map<std::string, Recorded>& recordings, const Progress& progress) {
+    std::vector<MeasuredResult*> measured;
+    for (auto& [name, recording] : recordings)
+        for (MeasuredResult& result : recording.results) {
+            const auto is = [&, of = &name](const PassEnded& pass) {
+                return pass.recording == *of && pass.measurement == result.measurement.number;
+            };
+            if (std::ranges::any_of(progress.points,
+                                    [&](const auto& p) { return std::ranges::any_of(p.second.passes, is); }))
+                measured.push_back(&result);
+        }
+    state_common_errors(measured);
+}
+
 law::Point with_numbers(const PointRow& row, int campaign) {
     law::Point p;
     p.number = row.point;
@@ -299,7 +315,8 @@ PointResults point_results(const std::filesystem::path& folder, std::span<const 
     PointResults out;
     for (const std::string& remark : progress.remarks)
         out.remarks.push_back(fmt::format("{}, {}", journal_name, remark));
-    const std::map<std::string, Recorded> recordings = recordings_of(folder, progress, source, out.remarks);
+    std::map<std::string, Recorded> recordings = recordings_of(folder, progress, source, out.remarks);
+    state_errors_of(recordings, progress);
     for (const auto& [name, recording] : recordings) {
         if (std::isfinite(recording.gravity)) out.table.gravity = recording.gravity;
         out.table.smoothed |= recording.smoothed;

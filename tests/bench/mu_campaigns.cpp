@@ -2,6 +2,7 @@
 //   --count N (20): campaigns   --seed N (1): of the first   --jobs N (2): at a time
 //   --mu VALUE: the same friction in all of them, instead of 0.07 to 0.2   --folder PATH (the temporary one)
 //   --lowpass HZ (1000): of the accelerometer, which states it with an error of 10 %
+//   --jitter SHARE (0), --memory R (0): of mu, from period to period   --periods N (40): of a point
 //   --times N (0): bench time against error, of the adaptive choice, of even sweeps and of the paper's
 //   procedure, on N benches
 #include <spdlog/fmt/fmt.h>
@@ -30,6 +31,8 @@ struct Truth {
 struct Benches {
     double mu = NAN;  // of all, or drawn
     double lowpass_hz = 1000;
+    double jitter = 0, memory = 0;  // of mu
+    int periods = 40;
 };
 
 /// What the campaigns say of one quantity: z are errors over stated errors; chi^2 of fits over its freedom.
@@ -46,9 +49,9 @@ Truth draw(std::uint64_t seed, const Benches& benches, const std::filesystem::pa
     const double drawn = 0.07 + 0.13 * unit(random);
     const Truth truth{std::isfinite(benches.mu) ? benches.mu : drawn, 2e-3 * (unit(random) - 0.5)};
     std::ofstream{folder / "scene.toml"} << fmt::format(
-        "seed = {0}\ntilt_deg = {1}\n[walker]\nmu_k = {2}\nmu_s = {2}\n"
+        "seed = {0}\ntilt_deg = {1}\n[walker]\nmu_k = {2}\nmu_s = {2}\nmu_jitter = {4}\nmu_memory = {5}\n"
         "[accelerometer]\nlowpass_hz = {3}\ntold_low_pass_hz = {3}\n",
-        seed, truth.tilt * 180 / M_PI, truth.mu, benches.lowpass_hz);
+        seed, truth.tilt * 180 / M_PI, truth.mu, benches.lowpass_hz, benches.jitter, benches.memory);
     return truth;
 }
 
@@ -68,12 +71,12 @@ nlohmann::json measured(const std::filesystem::path& folder, const std::string& 
 
 /// Three gammas at equal phases, about the null phases of mu 0.07 to 0.2.
 constexpr const char* plan =
-    "[[series]]\ngamma = [\"0.68g\", \"1g\", \"2g\"]\n"
-    "phi = {from = \"1.75rad\", to = \"2.8rad\", steps = 4}\norder = \"mirror\"\n";
+    "[[series]]\ngamma = [\"0.68g\", \"1g\", \"2g\"]\nperiods = {}\n"
+    "phi = {{from = \"1.75rad\", to = \"2.8rad\", steps = 4}}\norder = \"mirror\"\n";
 
-void add(const std::filesystem::path& folder, const Truth& truth, std::map<std::string, Found>& all,
-         std::mutex& guard) {
-    std::ofstream{folder / "plan.toml"} << plan;
+void add(const std::filesystem::path& folder, const Truth& truth, int periods,
+         std::map<std::string, Found>& all, std::mutex& guard) {
+    std::ofstream{folder / "plan.toml"} << fmt::format(plan, periods);
     const auto fits = measured(folder, "plan.toml");
     const std::scoped_lock lock{guard};
     for (const auto& fit : fits) {
@@ -165,7 +168,10 @@ int main(int argc, char** argv) {
     const int count = bench::whole_option(argc, argv, "--count", 20, 2);
     const int first = bench::whole_option(argc, argv, "--seed", 1, 0);
     const Benches drawn{.mu = std::atof(bench::option(argc, argv, "--mu", "nan").c_str()),
-                        .lowpass_hz = std::atof(bench::option(argc, argv, "--lowpass", "1000").c_str())};
+                        .lowpass_hz = std::atof(bench::option(argc, argv, "--lowpass", "1000").c_str()),
+                        .jitter = std::atof(bench::option(argc, argv, "--jitter", "0").c_str()),
+                        .memory = std::atof(bench::option(argc, argv, "--memory", "0").c_str()),
+                        .periods = bench::whole_option(argc, argv, "--periods", 40, 3)};
     if (const int benches = bench::whole_option(argc, argv, "--times", 0, 0); benches > 0) {
         times(benches, first, drawn, folder).print(argc, argv);
         std::filesystem::remove_all(folder);
@@ -182,7 +188,7 @@ int main(int argc, char** argv) {
                     const std::filesystem::path own = folder / std::to_string(first + i);
                     std::filesystem::create_directories(own);
                     const Truth truth = draw(static_cast<std::uint64_t>(first + i), drawn, own);
-                    add(own, truth, all, guard);
+                    add(own, truth, drawn.periods, all, guard);
                     std::filesystem::remove_all(own);
                 }
             });

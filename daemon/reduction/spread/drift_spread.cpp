@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "daemon/reduction/spread/mixture.hpp"
+
 namespace shaker::reduction {
 namespace {
 
@@ -16,14 +18,6 @@ constexpr double no_jitter_weight = 2.5, slight_jitter_weight = 0.08;
 // for the choice of rate and amplitude; and below which it does not count.
 constexpr double even_odds = 7, unlikely = 3;
 constexpr double no_memory_weight = 0.75, memory_exponent = 0.8, most_memory = 0.99;
-
-/// Cells of equal width in a logarithm.
-struct Axis {
-    double low = 0, high = 0;
-    int cells = 1;
-    [[nodiscard]] double width() const noexcept { return (high - low) / cells; }
-    [[nodiscard]] double at(int i) const noexcept { return low + (i + 0.5) * width(); }
-};
 
 struct Candidate {
     Scatter scatter;
@@ -155,26 +149,13 @@ private:
 };
 
 double half_width_95(const Posterior& posterior) {
-    struct Part {
-        double weight, scale;
-    };
     const double best = posterior.likeliest().log_weight;
-    std::vector<Part> parts;
-    double total = 0, low = 0, high = 0;
+    std::vector<NormalPart> parts;
     for (const Candidate& c : posterior.candidates()) {
         const double weight = std::exp(c.log_weight - best);
-        if (weight < 1e-5) continue;
-        parts.push_back({weight, 1 / std::sqrt(2 * c.variance)});
-        total += weight;
-        high = std::max(high, 2 * std::sqrt(c.variance));
+        if (weight >= 1e-5) parts.push_back({weight, c.variance});
     }
-    for (int i = 0; i < 40; ++i) {
-        const double h = (low + high) / 2;
-        double outside = 0;
-        for (const Part& p : parts) outside += p.weight * std::erfc(h * p.scale);
-        (outside > 0.05 * total ? low : high) = h;
-    }
-    return high;
+    return half_width_95(parts);
 }
 
 double median_inflation(const Posterior& posterior) {

@@ -1,0 +1,90 @@
+#include "daemon/campaign/common_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <map>
+
+#include "daemon/reduction/spread/common_scatter.hpp"
+#include "drivers/drive.hpp"
+
+namespace shaker::campaign {
+
+namespace {
+
+using calibration::Estimate;
+using reduction::Reduction;
+using reduction::WalkerRecord;
+
+// d D / d ln mu is about 2.7 times the amplitude of the walker's motion at the drive frequency.
+double response_to_friction(const Reduction& r) {
+    std::complex<double> sum;
+    for (std::size_t i = 0; i < r.cycle.phase.size(); ++i)
+        sum += (r.cycle.x_m[i] - r.D.value * r.cycle.phase[i]) * std::polar(1.0, -two_pi * r.cycle.phase[i]);
+    return 2.7 * 2 * std::abs(sum) / static_cast<double>(r.cycle.phase.size());
+}
+
+// The longest part without a gap.
+std::vector<reduction::PeriodMean> means_of(const Reduction& r) {
+    std::vector<reduction::PeriodMean> longest, now;
+    for (const reduction::PeriodResult& p : r.periods) {
+        const bool follows = std::isfinite(p.drift.value) && !now.empty() && now.back().k + 1 == p.k;
+        if (!follows) now.clear();
+        if (p.frames > 0) now.push_back({p.k, follows ? now.back().y_m + p.drift.value : 0, p.frames});
+        if (now.size() > longest.size()) longest = now;
+    }
+    return longest;
+}
+
+WalkerRecord record_of(const Reduction& r, int periods) {
+    WalkerRecord record{.means = means_of(r), .periods = periods};
+    double frames = 0;
+    for (const reduction::PeriodMean& m : record.means) frames += m.frames;
+    record.white_m = r.fit_residual_x_m.value / std::sqrt(frames / static_cast<double>(record.means.size()));
+    record.response_m = response_to_friction(r);
+    return record;
+}
+
+bool counts(const Reduction& r, const WalkerRecord& record) {
+    return record.means.size() >= 3 && record.white_m > 0 && record.response_m > 0 &&
+           std::isfinite(r.v_D.sigma) && std::isnan(r.v_D_settled.value);
+}
+
+// Another error of v_D, of which `unit` of the quantity is one m/s.
+void exchange(Estimate& of, double was, double is, double unit) {
+    of.sigma = std::sqrt(std::max(0.0, of.sigma * of.sigma + unit * unit * (is * is - was * was)));
+}
+
+}  // namespace
+
+void state_common_errors(const std::vector<recording::MeasuredResult*>& measured) {
+    struct Walker {
+        std::vector<Reduction*> measurements;
+        std::vector<WalkerRecord> records;
+    };
+    std::map<double, Walker> at_frequency;
+    for (recording::MeasuredResult* m : measured) {
+        if (!m->reduction) continue;
+        const recording::MeasuredPart& part = m->measurement.part;
+        const double f = m->measurement.asked.frequency;
+        WalkerRecord record =
+            record_of(*m->reduction, static_cast<int>(std::lround((part.to_s - part.from_s) * f)));
+        if (!counts(*m->reduction, record)) continue;
+        at_frequency[f].measurements.push_back(&*m->reduction);
+        at_frequency[f].records.push_back(std::move(record));
+    }
+    for (auto& [f, walker] : at_frequency) {
+        if (walker.records.size() < 2) continue;
+        const auto sigmas = common_sigmas(walker.records);
+        for (std::size_t i = 0; i < sigmas.size(); ++i) {
+            Reduction& r = *walker.measurements[i];
+            const double was = r.v_D.sigma, own = f * sigmas[i].own_m,
+                         beyond = std::sqrt(std::max(0.0, was * was - own * own));
+            r.v_D.sigma = std::hypot(f * sigmas[i].common_m, beyond);
+            exchange(r.D, was, r.v_D.sigma, 1 / f);
+            exchange(r.efficiency, was, r.v_D.sigma, 1 / r.v_rms.value);
+        }
+    }
+}
+
+}  // namespace shaker::campaign
