@@ -104,7 +104,7 @@ double HarmonicFit::periodic(double t_s) const noexcept {
     return sum.imag();
 }
 
-void HarmonicFit::periodic(std::span<const double> t_s, std::span<double> out) const noexcept {
+SHAKER_WIDE void HarmonicFit::periodic(std::span<const double> t_s, std::span<double> out) const noexcept {
     constexpr std::size_t block = Phasors::size;
     for (std::size_t begin = 0; begin < t_s.size(); begin += block) {
         const std::size_t count = std::min(block, t_s.size() - begin);

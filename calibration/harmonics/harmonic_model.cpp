@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "calibration/harmonics/phasors.hpp"
@@ -31,7 +32,7 @@ public:
     Blocks(const HarmonicModel& model, std::span<const double> t, std::span<const double> sd,
            std::span<const std::span<const double>> signals);
     /// The next block; null after the last.
-    const SampleBlock* next();
+    SHAKER_WIDE const SampleBlock* next();
 
 private:
     HarmonicModel m_;
@@ -47,7 +48,7 @@ private:
 class PowerSums {
 public:
     PowerSums(const HarmonicModel& m, std::size_t signals);
-    void add(const SampleBlock& s) noexcept;
+    SHAKER_WIDE void add(const SampleBlock& s) noexcept;
     [[nodiscard]] NormalEquations equations(const HarmonicModel& m) const;
 
 private:
@@ -67,17 +68,49 @@ private:
 
 constexpr std::size_t block = Phasors::size;
 
-/// Sum of products in a fixed order, independent of the compiler.
-double dot(const BlockColumn& a, const BlockColumn& b) noexcept {
-    using Channels = Eigen::Array<double, 8, 1>;
-    Channels sum = Channels::Zero();
-    for (std::size_t i = 0; i < block; i += 8)
-        sum += Eigen::Map<const Channels>(a.data() + i) * Eigen::Map<const Channels>(b.data() + i);
-    return sum.sum();
+/// Eight sums that a processor adds at once.
+using Channels [[gnu::vector_size(64)]] = double;
+
+SHAKER_WITHIN void load(Channels& to, const BlockColumn& from, std::size_t i) noexcept {
+    std::memcpy(&to, from.data() + i, sizeof to);
 }
 
-std::complex<double> dot_with(const Phasors& a, const BlockColumn& b) noexcept {
-    return {dot(a.re, b), dot(a.im, b)};
+SHAKER_WITHIN double total(const Channels& c) noexcept {
+    return ((c[0] + c[2]) + (c[4] + c[6])) + ((c[1] + c[3]) + (c[5] + c[7]));
+}
+
+/// Sum of products in a fixed order, independent of the compiler.
+SHAKER_WITHIN double dot(const BlockColumn& a, const BlockColumn& b) noexcept {
+    Channels sum{}, x, y;
+    for (std::size_t i = 0; i < block; i += 8) {
+        load(x, a, i);
+        load(y, b, i);
+        sum += x * y;
+    }
+    return total(sum);
+}
+
+SHAKER_WITHIN std::complex<double> dot_with(const Phasors& a, const BlockColumn& b) noexcept {
+    Channels re{}, im{}, x, y, z;
+    for (std::size_t i = 0; i < block; i += 8) {
+        load(x, a.re, i);
+        load(y, a.im, i);
+        load(z, b, i);
+        re += x * z;
+        im += y * z;
+    }
+    return {total(re), total(im)};
+}
+
+SHAKER_WITHIN std::complex<double> sum_of(const Phasors& a) noexcept {
+    Channels re{}, im{}, x, y;
+    for (std::size_t i = 0; i < block; i += 8) {
+        load(x, a.re, i);
+        load(y, a.im, i);
+        re += x;
+        im += y;
+    }
+    return {total(re), total(im)};
 }
 
 Blocks::Blocks(const HarmonicModel& model, std::span<const double> t, std::span<const double> sd,
@@ -127,15 +160,10 @@ void PowerSums::add(const SampleBlock& s) noexcept {
     const auto column = [&](std::size_t i) -> const BlockColumn& {
         return i < others_ ? s.others[i] : s.values[i - others_];
     };
-    static constexpr BlockColumn ones = [] {
-        BlockColumn c{};
-        c.fill(1);
-        return c;
-    }();
     Phasors power{s.weight, {}};
     for (std::size_t k = 0; k < alone_.size(); ++k) {
         if (k > 0) multiply(power, s.z);
-        alone_[k] += dot_with(power, ones);
+        alone_[k] += sum_of(power);
         if (k > static_cast<std::size_t>(order_)) continue;
         for (std::size_t i = 0; i < with_.size(); ++i) with_[i][k] += dot_with(power, column(i));
     }
@@ -209,6 +237,28 @@ void require_solvable(const HarmonicModel& m, Eigen::Index unknowns, std::size_t
     }
 }
 
+/// Adds what the model with amplitudes `a` and parameters `p` leaves of signal k in a block.
+SHAKER_WIDE void add_remainder(const HarmonicModel& model, const SampleBlock& s, std::size_t k,
+                               std::span<const std::complex<double>> a, const Eigen::VectorXd& p,
+                               Remainder& out) noexcept {
+    BlockColumn left = polynomial(a, s.z).im;
+    const double constant = p(model.constant_column());
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] = s.values[k][i] - left[i] - constant;
+    if (model.slope == Slope::free) {
+        const double slope = p(model.constant_column() - 1);
+        for (std::size_t i = 0; i < left.size(); ++i) left[i] -= slope * s.others.front()[i];
+    }
+    if (!model.derivative_of.empty()) {
+        const double derivative = p(p.size() - 1);
+        for (std::size_t i = 0; i < left.size(); ++i) left[i] -= derivative * s.others.back()[i];
+    }
+    std::fill(left.begin() + static_cast<std::ptrdiff_t>(s.count), left.end(), 0.0);
+    out.squares += dot(left, left);
+    BlockColumn weighted;
+    for (std::size_t i = 0; i < left.size(); ++i) weighted[i] = s.weight[i] * left[i];
+    out.chi2 += dot(weighted, left);
+}
+
 }  // namespace
 
 TimeWeight time_weight(const HarmonicSamples& s) {
@@ -260,25 +310,9 @@ std::vector<Remainder> remainders(const HarmonicModel& model, std::span<const do
     for (Eigen::Index s = 0; s < parameters.cols(); ++s)
         a.push_back(amplitudes(parameters.col(s), model.order));
     Blocks blocks(model, t, sd, signals);
-    const Eigen::Index slope = model.constant_column() - 1;
-    while (const SampleBlock* s = blocks.next()) {
-        for (std::size_t k = 0; k < out.size(); ++k) {
-            const auto p = parameters.col(static_cast<Eigen::Index>(k));
-            BlockColumn left = polynomial(a[k], s->z).im;
-            const double constant = p(model.constant_column());
-            for (std::size_t i = 0; i < left.size(); ++i) left[i] = s->values[k][i] - left[i] - constant;
-            if (model.slope == Slope::free)
-                for (std::size_t i = 0; i < left.size(); ++i) left[i] -= p(slope) * s->others.front()[i];
-            if (!model.derivative_of.empty())
-                for (std::size_t i = 0; i < left.size(); ++i)
-                    left[i] -= p(p.size() - 1) * s->others.back()[i];
-            std::fill(left.begin() + static_cast<std::ptrdiff_t>(s->count), left.end(), 0.0);
-            out[k].squares += dot(left, left);
-            BlockColumn weighted;
-            for (std::size_t i = 0; i < left.size(); ++i) weighted[i] = s->weight[i] * left[i];
-            out[k].chi2 += dot(weighted, left);
-        }
-    }
+    while (const SampleBlock* s = blocks.next())
+        for (std::size_t k = 0; k < out.size(); ++k)
+            add_remainder(model, *s, k, a[k], parameters.col(static_cast<Eigen::Index>(k)), out[k]);
     return out;
 }
 

@@ -6,6 +6,16 @@
 #include <cstddef>
 #include <span>
 
+/// A function that is compiled for AVX2 and for any processor; the first call chooses. Functions marked
+/// SHAKER_WITHIN become part of it.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define SHAKER_WIDE [[gnu::target_clones("avx2", "default")]]
+#else
+#define SHAKER_WIDE
+#endif
+#define SHAKER_WITHIN [[gnu::always_inline]] inline
+
 namespace shaker::calibration {
 
 /// A block of complex numbers, uninitialised.
@@ -15,7 +25,7 @@ struct Phasors {
 };
 
 /// e^{2 pi i turns} for a block, |turns| < 2^50, error within 2e-15.
-inline Phasors phasors(const std::array<double, Phasors::size>& turns) noexcept {
+SHAKER_WITHIN Phasors phasors(const std::array<double, Phasors::size>& turns) noexcept {
     constexpr double to_whole = 0x1.8p52;  // adding and subtracting it rounds to a whole number
     constexpr double quarter_turn = 1.57079632679489661923;
     Phasors z;
@@ -48,7 +58,7 @@ inline Phasors phasors(const std::array<double, Phasors::size>& turns) noexcept 
 }
 
 /// a = a b.
-inline void multiply(Phasors& a, const Phasors& b) noexcept {
+SHAKER_WITHIN void multiply(Phasors& a, const Phasors& b) noexcept {
     for (std::size_t i = 0; i < Phasors::size; ++i) {
         const double re = a.re[i] * b.re[i] - a.im[i] * b.im[i];
         a.im[i] = a.re[i] * b.im[i] + a.im[i] * b.re[i];
@@ -57,7 +67,7 @@ inline void multiply(Phasors& a, const Phasors& b) noexcept {
 }
 
 /// sum_{q>=1} a[q-1] z^q.
-inline Phasors polynomial(std::span<const std::complex<double>> a, const Phasors& z) noexcept {
+SHAKER_WITHIN Phasors polynomial(std::span<const std::complex<double>> a, const Phasors& z) noexcept {
     Phasors sum{};
     for (auto it = a.rbegin(); it != a.rend(); ++it) {
         const double re = it->real(), im = it->imag();

@@ -1,7 +1,8 @@
 #include "daemon/reduction/stick.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 
 namespace shaker::reduction {
@@ -93,51 +94,99 @@ struct SlipFit {
     double before = 0, after = 0;  // accelerations, m/s^2
 };
 
+/// Weighted sums over the points of a slip; y: distance from uniform motion with the base's velocity at its
+/// end.
+struct SlipSums {
+    std::size_t from = 0, to = 0;  // indices of the points
+    double weight = 0, y = 0, squares = 0;
+    double with_one = 0, with_itself = 0, with_y = 0;  // of t^2/2, t from the end
+};
+
+/// Weighted sums over the points from the first on; y: distance from the base.
+struct StickSums {
+    double weight = 0, y = 0, squares = 0;
+};
+
 class StickModel {
 public:
-    StickModel(std::vector<Point> points, const BaseCycle& base) : points_(std::move(points)), base_(base) {}
+    StickModel(std::vector<Point> points, const BaseCycle& base) : points_(std::move(points)), base_(base) {
+        StickSums sum;
+        sums_.push_back(sum);
+        for (const Point& b : points_) {
+            const double y = b.x - b.base_x;
+            sum.weight += b.weight;
+            sum.y += b.weight * y;
+            sum.squares += b.weight * y * y;
+            sums_.push_back(sum);
+        }
+    }
 
     [[nodiscard]] int freedom() const { return static_cast<int>(points_.size()) - 5; }
-    [[nodiscard]] SlipFit fit(double from, double to) const {
-        const double T = base_.period_s();
-        const double v1 = base_.v(from), v2 = base_.v(to), x1 = base_.x(from), x2 = base_.x(to);
-        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-        Eigen::Vector3d right = Eigen::Vector3d::Zero();
-        double squares = 0;
-        for (const Point& b : points_) {
-            Eigen::Vector3d row(1, 0, 0);
-            double y = b.x - b.base_x;
-            if (b.p < from || b.p > to) {
-                const bool early = b.p < from;
-                const double t = (b.p - (early ? from : to)) * T;
-                y = b.x - (early ? x1 + v1 * t : x2 + v2 * t);
-                row(early ? 1 : 2) = t * t / 2;
-            }
-            normal += b.weight * row * row.transpose();
-            right += b.weight * y * row;
-            squares += b.weight * y * y;
-        }
-        if (!(normal(1, 1) > 0) || !(normal(2, 2) > 0)) return {};
-        const Eigen::Vector3d c = normal.ldlt().solve(right);
-        return {std::max(squares - c.dot(right), 0.0), c(1), c(2)};
+    /// The points before a stick that begins at `from`.
+    [[nodiscard]] SlipSums before(double from) const {
+        return slip(from, 0, index(std::ranges::lower_bound(points_, from, {}, &Point::p)));
+    }
+    /// The points after a stick that ends at `to`.
+    [[nodiscard]] SlipSums after(double to) const {
+        return slip(to, index(std::ranges::upper_bound(points_, to, {}, &Point::p)), points_.size());
+    }
+    /// A constant distance from the base within the stick, the same at the ends of both slips.
+    [[nodiscard]] SlipFit fit(const SlipSums& early, const SlipSums& late) const {
+        if (!(early.with_itself > 0) || !(late.with_itself > 0)) return {};
+        const StickSums &first = sums_[early.to], &last = sums_[late.from];
+        const double early_share = early.with_one / early.with_itself,
+                     late_share = late.with_one / late.with_itself;
+        const double weight = early.weight + (last.weight - first.weight) + late.weight,
+                     y = early.y + (last.y - first.y) + late.y;
+        const double own = weight - early_share * early.with_one - late_share * late.with_one,
+                     right = y - early_share * early.with_y - late_share * late.with_y;
+        const double distance = own > 1e-12 * weight ? right / own : 0;
+        const double a = (early.with_y - early.with_one * distance) / early.with_itself,
+                     b = (late.with_y - late.with_one * distance) / late.with_itself;
+        const double squares = early.squares + (last.squares - first.squares) + late.squares;
+        return {std::max(squares - distance * y - a * early.with_y - b * late.with_y, 0.0), a, b};
     }
 
     /// The same phases and errors, with the positions of a walker that slips with the accelerations of
     /// `slips`, sticks from `from` to `to` and is seen without noise.
     [[nodiscard]] StickModel with_stick(double from, double to, const SlipFit& slips) const {
-        StickModel other = *this;
-        for (Point& b : other.points_) {
+        std::vector<Point> points = points_;
+        const double T = base_.period_s();
+        const double x1 = base_.x(from), v1 = base_.v(from), x2 = base_.x(to), v2 = base_.v(to);
+        for (Point& b : points) {
             b.x = b.base_x;
             if (b.p >= from && b.p <= to) continue;
             const bool early = b.p < from;
-            const double end = early ? from : to, t = (b.p - end) * base_.period_s();
-            b.x = base_.x(end) + base_.v(end) * t + (early ? slips.before : slips.after) * t * t / 2;
+            const double t = (b.p - (early ? from : to)) * T;
+            b.x =
+                (early ? x1 : x2) + (early ? v1 : v2) * t + (early ? slips.before : slips.after) * t * t / 2;
         }
-        return other;
+        return {std::move(points), base_};
     }
 
 private:
-    std::vector<Point> points_;
+    [[nodiscard]] std::size_t index(std::vector<Point>::const_iterator at) const {
+        return static_cast<std::size_t>(at - points_.begin());
+    }
+    [[nodiscard]] SlipSums slip(double end, std::size_t from, std::size_t to) const {
+        SlipSums out{.from = from, .to = to};
+        const double T = base_.period_s(), x = base_.x(end), v = base_.v(end);
+        for (std::size_t i = from; i < to; ++i) {
+            const Point& b = points_[i];
+            const double t = (b.p - end) * T, y = b.x - x - v * t, half = t * t / 2;
+            const double weighted = b.weight * y, share = b.weight * half;
+            out.weight += b.weight;
+            out.y += weighted;
+            out.squares += weighted * y;
+            out.with_one += share;
+            out.with_itself += share * half;
+            out.with_y += share * y;
+        }
+        return out;
+    }
+
+    std::vector<Point> points_;    // by phase
+    std::vector<StickSums> sums_;  // of the points before each one, and of all
     const BaseCycle& base_;
 };
 
@@ -149,17 +198,23 @@ struct Best {
 /// Least chi^2 over from and to: grid around a start, then refined. crossing: from = to.
 Best search(const StickModel& model, Region from, Region to, bool crossing) {
     Best best;
+    constexpr int steps = 24;
     double step_from = 0, step_to = 0;
     for (int level = 0; level < 5; ++level) {
-        constexpr int steps = 24;
         step_from = (from.to - from.from) / steps;
         step_to = (to.to - to.from) / steps;
+        std::array<SlipSums, steps + 1> late;
+        if (!crossing)
+            for (int j = 0; j <= steps; ++j)
+                late[static_cast<std::size_t>(j)] = model.after(to.from + j * step_to);
         for (int i = 0; i <= steps; ++i) {
             const double a = from.from + i * step_from;
+            const SlipSums early = model.before(a);
             for (int j = 0; j <= (crossing ? 0 : steps); ++j) {
                 const double b = crossing ? a : to.from + j * step_to;
                 if (b < a) continue;
-                const SlipFit fit = model.fit(a, b);
+                const SlipFit fit =
+                    model.fit(early, crossing ? model.after(a) : late[static_cast<std::size_t>(j)]);
                 if (fit.chi2 < best.fit.chi2) best = {a, b, fit};
             }
         }
@@ -174,15 +229,19 @@ double end_sd(const StickModel& model, const Best& best, double unit, double rea
     double sd = 0;
     for (double d = 1e-3 * reach; d <= reach; d *= 1.25) {
         double least = std::numeric_limits<double>::infinity();
+        const auto least_of = [&](double from, const SlipSums& early, double to, const SlipSums& late) {
+            if (from <= to) least = std::min(least, model.fit(early, late).chi2);
+        };
+        const std::array from{best.from - d, best.from + d}, to{best.to - d, best.to + d};
+        const std::array early{model.before(from[0]), model.before(from[1])};
+        const std::array late{model.after(to[0]), model.after(to[1])};
         for (int k = -8; k <= 8; ++k) {
             const double follow = d * k / 4;
-            for (const double sign : {-1.0, 1.0}) {
-                if (best.from + sign * d <= best.to + follow) {
-                    least = std::min(least, model.fit(best.from + sign * d, best.to + follow).chi2);
-                }
-                if (best.from + follow <= best.to + sign * d) {
-                    least = std::min(least, model.fit(best.from + follow, best.to + sign * d).chi2);
-                }
+            const double other_from = best.from + follow, other_to = best.to + follow;
+            const SlipSums other_early = model.before(other_from), other_late = model.after(other_to);
+            for (std::size_t side = 0; side < 2; ++side) {
+                least_of(from[side], early[side], other_to, other_late);
+                least_of(other_from, other_early, to[side], late[side]);
             }
         }
         sd = d;
