@@ -5,14 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <optional>
 #include <utility>
 
-#include "tracking/image/edge_fit.hpp"
 #include "tracking/image/profile.hpp"
-#include "tracking/image/region.hpp"
-#include "tracking/locator.hpp"
-#include "tracking/outline_follower.hpp"
+#include "tracking/outline_locator.hpp"
 
 namespace shaker::tracking {
 
@@ -22,16 +18,17 @@ namespace {
 /// silhouette that looks as it did is followed by filters of the means about its edges. Measures along the
 /// image axis nearest to the shaker's; the other coordinate is the middle of the rows in use. The width is
 /// measured when it is not given.
-class RectangleLocator final : public Locator {
+class RectangleLocator final : public OutlineLocator {
 public:
-    explicit RectangleLocator(Subject subject) : subject_{std::move(subject)}, axis_{axis_of(subject_)} {
-        reference_.sign = subject_.target.polarity == Polarity::bright ? 1.0 : -1.0;
+    explicit RectangleLocator(Subject subject)
+        : OutlineLocator{std::move(subject), true}, axis_{axis_of(subject_)} {
+        most_growth_ = 0.03;
+        blocks_ = 2 * groups;
     }
     Point learn(const ImageView& image) override;
     bool locate(const ImageView& image, Point predicted, Candidate& out) override;
     void search(const ImageView& image, Point last, Sweep sweep, std::vector<Candidate>& out) override;
     [[nodiscard]] double reach() const noexcept override { return 10; }
-    [[nodiscard]] double extent() const noexcept override { return learned_.size; }
     [[nodiscard]] std::optional<Correction> correction() const override {
         return correction_of("width_mm", subject_.target.width_mm,
                              crossing_px(subject_, subject_.target.width_mm), 2 * learned_.size);
@@ -39,10 +36,14 @@ public:
     [[nodiscard]] bool interchangeable() const noexcept override { return true; }
 
 private:
+    void gather(const ImageView& image, Point centre, int every) override;
+    [[nodiscard]] Sites sites() const override;
+    [[nodiscard]] double rim() const noexcept override;
+    bool look(const ImageView& image, Point at) override;
+    bool find_near(const ImageView& image, Point predicted, Candidate& out) override;
+    EdgeFitResult fit_near(const ImageView& image, Point at, Candidate& out) override;
     void find_edges(const Box& box, double given);
     void find_rows(const ImageView& image, int first, int last, double centre);
-    void gather(const ImageView& image, double centre);
-    EdgeFitResult measure(const ImageView& image, double start, const EdgePrior& prior);
     [[nodiscard]] double pair_score(double centre) const;
     void doubt_size(double size, Candidate& out) const;
     void load_profile(const ImageView& image) {
@@ -50,30 +51,13 @@ private:
         mean_profile(image, axis_, 0, row0_, row1_, profile_);
     }
     [[nodiscard]] int group_count() const noexcept { return std::min(groups, row1_ - row0_); }
-    [[nodiscard]] OutlineFollower::Sites sites() const;
-    void begin(const Levels& levels);
-    bool load_strip(const ImageView& image, double start);
-    [[nodiscard]] ImageView strip() const noexcept;
-    [[nodiscard]] double along(Point at) const noexcept { return axis_ == Axis::x ? at.x : at.y; }
     [[nodiscard]] Point place(double along) const noexcept;
-    void watch(EdgeFitResult fit);
-    std::optional<EdgeFitResult> fit_near(const ImageView& image, double at, Candidate& out);
-    bool locate_with_care(const ImageView& image, double start, Candidate& out);
-    bool accept(const EdgeFitResult& fit, Candidate& out) const;
 
     static constexpr int groups = 8;  // of rows
-    Subject subject_;
     Axis axis_;
-    EdgeFit fit_{true};
-    OutlineReference reference_;
-    Outline learned_;
-    double size_ = 0, blur_ = 0;  // now, px
-    EdgePrior prior_;
     int row0_ = 0, row1_ = 0;
     std::vector<double> profile_, line_;
-    OutlineFollower follower_;
     std::vector<float> strip_;  // means of each group of rows about the left edge, then about the right one
-    int strip_origin_ = 0;      // column of the picture minus that of the strip, for the middle
 };
 
 constexpr int window = 10;           // px on either side of an edge that are read
@@ -85,7 +69,6 @@ constexpr double width_step = 2;            // px of half the width
 constexpr int plateau = 5;                  // px on either side of an edge that the coarse search compares
 constexpr double sizes_off = 5;             // standard deviations of the size's prior
 constexpr double one_edge_roughness = 1.5;  // times the residuals of frame 0
-constexpr double most_growth = 0.03;        // px a picture
 
 double mean_of(const std::vector<double>& line, int first, int last) {
     return std::accumulate(line.begin() + first, line.begin() + last, 0.0) / (last - first);
@@ -97,10 +80,10 @@ double RectangleLocator::pair_score(double centre) const {
     const int right = static_cast<int>(std::lround(centre + learned_.size));
     if (left < plateau || right + plateau >= static_cast<int>(profile_.size())) return 0;
     const auto step = [&](int inside0, int outside0) {
-        return reference_.sign *
+        return sign_ *
                (mean_of(profile_, inside0, inside0 + plateau) -
                 mean_of(profile_, outside0, outside0 + plateau)) /
-               reference_.contrast;
+               contrast_;
     };
     const double a = step(left + 1, left - plateau), b = step(right - plateau, right + 1);
     return std::min({a, b, 1.0});
@@ -120,7 +103,7 @@ void RectangleLocator::find_edges(const Box& box, double given) {
     const int first = axis_ == Axis::x ? box.x0 : box.y0, last = axis_ == Axis::x ? box.x1 : box.y1;
     const auto [low, high] = std::minmax_element(profile_.begin() + first, profile_.begin() + last);
     const double middle = 0.5 * (*low + *high);
-    reference_.contrast = *high - *low;
+    contrast_ = *high - *low;
     if (given > 0) {
         // The told width may be wrong by a little; an edge is found within the plateaus beside it.
         const int steps = static_cast<int>(std::ceil(wrong_size * 0.5 * given / width_step));
@@ -138,7 +121,7 @@ void RectangleLocator::find_edges(const Box& box, double given) {
     } else {
         int run = 0, longest = 0;
         for (int i = first; i < last; ++i) {
-            const bool inside = reference_.sign * (profile_[static_cast<std::size_t>(i)] - middle) > 0;
+            const bool inside = sign_ * (profile_[static_cast<std::size_t>(i)] - middle) > 0;
             run = inside ? run + 1 : 0;
             if (run > longest) {
                 longest = run;
@@ -150,7 +133,7 @@ void RectangleLocator::find_edges(const Box& box, double given) {
     }
     throw InputError{fmt::format(
         "{}: found no two edges of a {} rectangle{}; check the region, polarity and width_mm", subject_.label,
-        reference_.sign > 0 ? "bright" : "dark", given > 0 ? fmt::format(" {:.4g} px wide", given) : "")};
+        sign_ > 0 ? "bright" : "dark", given > 0 ? fmt::format(" {:.4g} px wide", given) : "")};
 }
 
 // The rows that show both edges, without a few at the silhouette's top and bottom if those are in the image.
@@ -167,7 +150,7 @@ void RectangleLocator::find_rows(const ImageView& image, int first, int last, do
     for (int row = first; row < last; ++row) {
         const double a = level(left + 2, row) - level(left - plateau - 1, row);
         const double b = level(right - plateau - 1, row) - level(right + 2, row);
-        contrast.push_back(std::min(reference_.sign * a, reference_.sign * b));
+        contrast.push_back(std::min(sign_ * a, sign_ * b));
     }
     const double enough = 0.6 * *std::max_element(contrast.begin(), contrast.end());
     int best = 0, run = 0, stop = first;
@@ -189,72 +172,55 @@ Point RectangleLocator::learn(const ImageView& image) {
     load_profile(image);
     find_edges(box, crossing_px(subject_, subject_.target.width_mm));
     find_rows(image, across0, across1, learned_.x);
-    const double expected = size_ = learned_.size;
-    blur_ = learned_.blur;
-    prior_ = {
-        .y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = reference_.sign, .reach = reach_of_edge};
-    const EdgeFitResult fit = measure(image, learned_.x, prior_);
+    expect(learned_);
+    const Point start{learned_.x, 0};
+    const double expected = size_;
+    prior_ = {.y = 0, .size = 0.5 + 0.05 * expected, .blur = 1.0, .sign = sign_, .reach = reach_of_edge};
+    const EdgeFitResult fit = measure(image, start, prior_);
     const bool good = fit.converged && fit.trimmed < 0.3 && fit.noise < 0.5 * std::abs(fit.contrast) &&
-                      reference_.sign * fit.contrast > 0.2 * (levels.high - levels.low) &&
-                      std::abs(fit.outline.x - learned_.x) < 6 &&
+                      sign_ * fit.contrast > 0.2 * (levels.high - levels.low) &&
+                      std::abs(fit.outline.x - start.x) < 6 &&
                       std::abs(fit.outline.size / expected - 1) < 0.15;
     if (!good) {
         throw InputError{fmt::format("{}: the two edges found, {:.4g} px apart, do not fit a rectangle",
                                      subject_.label, 2 * expected)};
     }
-    learned_ = fit.outline;
-    size_ = learned_.size;
-    reference_ = {learned_, reference_.sign, std::abs(fit.contrast), fit.coverage, fit.noise, fit.trimmed};
-    blur_ = learned_.blur;
-    prior_ = {.y = 0, .size = 0.02, .blur = 0.5, .sign = reference_.sign, .reach = reach_of_edge};
-    begin(levels);
+    const auto size = static_cast<double>(std::lround(fit.outline.size));
+    std::vector<Point> shifts;
+    for (int g = 0; g <= group_count(); ++g)
+        shifts.insert(shifts.end(), {Point{size, 0}, Point{strip_side - size, 0}});
+    strip_.resize(shifts.size() * strip_side);
+    begin(fit, levels, shifts, 2);
     return place(learned_.x);
 }
 
+double RectangleLocator::rim() const noexcept { return window; }
+
 // The strip shows both edges side by side, without what is between them.
-OutlineFollower::Sites RectangleLocator::sites() const {
-    OutlineFollower::Sites all;
+RectangleLocator::Sites RectangleLocator::sites() const {
+    Sites all;
     for (int g = 0; g <= group_count(); ++g)  // the last one: their mean
         for (int side = 0; side < 2; ++side)
             for (int i = -window; i <= window; ++i) all.push_back({i + side * strip_side, g, 2 * g + side});
     return all;
 }
 
-void RectangleLocator::begin(const Levels& levels) {
-    const auto size = static_cast<double>(std::lround(learned_.size));
-    std::vector<Point> shifts;
-    for (int g = 0; g <= group_count(); ++g)
-        shifts.insert(shifts.end(), {Point{size, 0}, Point{strip_side - size, 0}});
-    strip_.assign(shifts.size() * strip_side, 0);
-    follower_.begin({.size = learned_.size,
-                     .blur = learned_.blur,
-                     .size_sd = prior_.size,
-                     .reach = reach_of_edge,
-                     .level = 0.5 * (levels.low + levels.high),
-                     .straight = true,
-                     .means = 2},
-                    sites(), shifts);
-}
-
-ImageView RectangleLocator::strip() const noexcept {
-    constexpr int bytes = sizeof(float);
-    return {.pixels = reinterpret_cast<const std::byte*>(strip_.data()),
-            .width = 2 * strip_side,
-            .height = group_count() + 1,
-            .stride = 2 * strip_side * bytes,
-            .bytes_per_pixel = bytes};
-}
-
 // False when an edge is too near to the picture's, or outside.
-bool RectangleLocator::load_strip(const ImageView& image, double start) {
-    const auto middle = static_cast<int>(std::lround(start)),
+bool RectangleLocator::look(const ImageView& image, Point at) {
+    const auto middle = static_cast<int>(std::lround(at.x)),
                size = static_cast<int>(std::lround(learned_.size));
     const int left = middle - size - strip_half, right = middle + size - strip_half;
+    constexpr int bytes = sizeof(float);
+    seen_ = {.pixels = reinterpret_cast<const std::byte*>(strip_.data()),
+             .width = 2 * strip_side,
+             .height = group_count() + 1,
+             .stride = 2 * strip_side * bytes,
+             .bytes_per_pixel = bytes};
+    origin_ = {static_cast<double>(middle - strip_half), 0};
     if (left < 0 || right + strip_side > length_along(image, axis_) || left + strip_side > right) {
         std::ranges::fill(strip_, 0.0f);
         return false;
     }
-    strip_origin_ = middle - strip_half;
     const int rows = row1_ - row0_, count = group_count();
     line_.resize(strip_side);
     float *to = strip_.data(), *const mean = to + 2 * strip_side * count;
@@ -277,13 +243,13 @@ Point RectangleLocator::place(double along) const noexcept {
     return axis_ == Axis::x ? Point{along, across} : Point{across, along};
 }
 
-void RectangleLocator::gather(const ImageView& image, double centre) {
+void RectangleLocator::gather(const ImageView& image, Point centre, int) {
     auto& samples = fit_.samples();
     samples.clear();
     const int end = length_along(image, axis_), rows = row1_ - row0_, count = group_count();
     line_.resize(2 * window + 1);
     for (int side = 0; side < 2; ++side) {
-        const double edge = centre + (side == 0 ? -learned_.size : learned_.size);
+        const double edge = centre.x + (side == 0 ? -learned_.size : learned_.size);
         const int middle = static_cast<int>(std::lround(edge));
         const int first = std::max(0, middle - window), last = std::min(end - 1, middle + window);
         if (last - first < window) continue;
@@ -293,85 +259,43 @@ void RectangleLocator::gather(const ImageView& image, double centre) {
             for (std::size_t i = 0; i < line.size(); ++i) {
                 const double u = first + static_cast<double>(i);
                 // Pixels beyond the middle belong to the other edge.
-                if ((side == 0) == (u < centre)) samples.push_back({u, 0, line[i], 2 * g + side});
+                if ((side == 0) == (u < centre.x)) samples.push_back({u, 0, line[i], 2 * g + side});
             }
         }
     }
 }
 
-EdgeFitResult RectangleLocator::measure(const ImageView& image, double centre, const EdgePrior& prior) {
-    EdgeFitResult fit;
-    for (int pass = 0; pass < 3; ++pass) {
-        gather(image, centre);
-        if (fit_.samples().size() < 24) return {};
-        fit = fit_.fit({centre, 0, size_, blur_}, prior, 2 * groups, EdgeFit::Ground::flat);
-        const double moved = std::abs(fit.outline.x - centre);
-        if (fit.converged && moved < 1) break;
-        if (!(moved < 2 * window)) return {};
-        centre = fit.outline.x;
-    }
-    return fit;
-}
-
-bool RectangleLocator::accept(const EdgeFitResult& fit, Candidate& out) const {
-    if (!judge(fit, reference_, {1, 0}, out)) return false;
-    out.at = place(out.at.x);
-    out.sd *= std::sqrt(follower_.common());
-    return true;
-}
-
 bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate& out) {
-    const double start = along(predicted);
-    const bool in_view = load_strip(image, start);
-    if (!in_view) follower_.pass_over();
-    if (!in_view || !follower_.follow(strip(), {start - strip_origin_, 0}, reference_, {1, 0}, {}, out))
-        return locate_with_care(image, start, out);
-    out.at = place(out.at.x + strip_origin_);
-    if (follower_.due()) watch(measure(image, along(out.at), prior_));
+    const Point at{axis_ == Axis::x ? predicted.x : predicted.y, 0};
+    if (!OutlineLocator::locate(image, at, out)) return false;
+    out.at = place(out.at.x);
     return true;
 }
 
-void RectangleLocator::watch(EdgeFitResult fit) {
-    if (fit.converged) {
-        blur_ = followed_blur(blur_, fit.outline.blur);
-        size_ += std::clamp(0.2 * (fit.outline.size - size_), -most_growth, most_growth);
-    }
-    fit.outline.x -= strip_origin_;
-    follower_.watch(strip(), fit, {1, 0}, size_, blur_, {});
-}
-
-// The outline near a place, of its old size; if that does not fit, of a size that both edges may change: they
-// move apart when the bright side is clipped or the target grows. Empty when it is not the target.
-std::optional<EdgeFitResult> RectangleLocator::fit_near(const ImageView& image, double at, Candidate& out) {
+// Of the old size; if that does not fit, of a size that both edges may change: they move apart when the
+// bright side is clipped or the target grows.
+EdgeFitResult RectangleLocator::fit_near(const ImageView& image, Point at, Candidate& out) {
     EdgeFitResult fit = measure(image, at, prior_);
-    if (!accept(fit, out) || out.degraded || rougher(fit, reference_, one_edge_roughness)) {
+    if (!is_target(fit, out) || out.degraded || rougher(fit, one_edge_roughness)) {
         EdgePrior wide = prior_;
         wide.size = 1 + wide_share * learned_.size;
         const EdgeFitResult free = measure(image, at, wide);
         if (free.converged && (!fit.converged || free.trimmed < fit.trimmed)) fit = free;
-        if (!accept(fit, out)) return std::nullopt;
+        fit.converged = is_target(fit, out);
     }
-    doubt_size(fit.outline.size, out);
+    if (fit.converged) doubt_size(fit.outline.size, out);
     return fit;
 }
 
-bool RectangleLocator::locate_with_care(const ImageView& image, double start, Candidate& out) {
-    const auto try_at = [&](double at) {
-        const auto fit = fit_near(image, at, out);
-        if (!fit) return false;
-        watch(*fit);
-        if (std::abs(along(out.at) - start) > reach() + window) return false;
-        if (!out.degraded) fit_.accept();
-        return true;
-    };
-    if (try_at(start)) return true;
+bool RectangleLocator::find_near(const ImageView& image, Point predicted, Candidate& out) {
+    if (try_at(image, predicted, predicted, out)) return true;
     load_profile(image);
-    double best = 0.3, at = start;
+    double best = 0.3, at = predicted.x;
     for (int i = 0; i <= 2 * static_cast<int>(reach()); ++i) {
-        const double c = start - reach() + i, score = pair_score(c);
+        const double c = predicted.x - reach() + i, score = pair_score(c);
         if (score > best) best = score, at = c;
     }
-    return best > 0.3 && try_at(at);
+    return best > 0.3 && try_at(image, {at, 0}, predicted, out);
 }
 
 void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<Candidate>& out) {
@@ -382,7 +306,8 @@ void RectangleLocator::search(const ImageView& image, Point, Sweep, std::vector<
         const double after = pair_score(c + 1);
         Candidate candidate;
         const bool peak = here > 0.3 && here >= before && here > after;
-        if (peak && fit_near(image, c, candidate)) {
+        if (peak && fit_near(image, {static_cast<double>(c), 0}, candidate).converged) {
+            candidate.at = place(candidate.at.x);
             const auto same = [&](const Candidate& o) { return length(o.at - candidate.at) < extent(); };
             if (std::ranges::none_of(out, same)) out.push_back(candidate);
         }
