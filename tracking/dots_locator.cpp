@@ -109,10 +109,12 @@ Point DotsLocator::learn(const ImageView& image) {
     find_dots(image, box, levels.high - levels.low);
     check_pitch();
     prior_ = {.size = 0.02, .blur = 0.5, .sign = sign_};
+    ring_ = RingSearch{size_, blur_, sign_};
     const EdgeFitResult fit = measure(image, {learned_.x, learned_.y}, prior_);
     if (!fit.converged) throw InputError{subject_.label + ": the dots found do not share one size and blur"};
+    const double mean_blur = blur_;  // of the dots by themselves, which the next fits start from
     begin(fit, levels, discs_);
-    ring_ = RingSearch{size_, blur_, sign_};
+    blur_ = mean_blur;
     return place_of(fit);
 }
 

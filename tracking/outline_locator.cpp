@@ -57,7 +57,7 @@ void OutlineLocator::begin(const EdgeFitResult& fit, const Levels& levels, const
     prior_.blur = 0.5;
     const int pixels = static_cast<int>(fit_.samples().size());
     search_every_ = (pixels + searched_pixels - 1) / searched_pixels;
-    watch_every_ = (pixels + watched_pixels - 1) / watched_pixels;
+    watch_every_ = pitch() > 0 ? 1 : (pixels + watched_pixels - 1) / watched_pixels;
     bank_.shape({.size = size_,
                  .blur = blur_,
                  .size_sd = prior_.size,
@@ -130,7 +130,8 @@ bool OutlineLocator::locate(const ImageView& image, Point predicted, Candidate& 
     start_ = predicted;
     own_.converged = followed_ = false;
     if (look(image, predicted) && follow(predicted, out)) {
-        if (picture_ == 0) watch(measure(image, out.at, prior_, straight_ ? precise : coarse, watch_every_));
+        const bool thinned = !straight_ && pitch() == 0;
+        if (picture_ == 0) watch(measure(image, out.at, prior_, thinned ? coarse : precise, watch_every_));
         return true;
     }
     return find_near(image, predicted, out);
