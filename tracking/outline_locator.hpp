@@ -50,7 +50,7 @@ protected:
     void expect(const Outline& outline) noexcept;
     EdgeFitResult measure(const ImageView& image, Point start, const EdgePrior& prior,
                           double enough = precise, int every = 1);
-    /// Of the target in frame 0. shifts: of its blocks, px. means: as OutlineBank::Shape::means.
+    /// fit: the target's in frame 0. shifts: of its blocks, px. means: as OutlineBank::Shape::means.
     void begin(const EdgeFitResult& fit, const Levels& levels, const std::vector<Point>& shifts,
                int means = 0);
     /// Sets `out` by a careful fit. False when contrast, size, noise or the visible share of the outline do

@@ -272,7 +272,7 @@ bool RectangleLocator::locate(const ImageView& image, Point predicted, Candidate
     return true;
 }
 
-// Of the old size; if that does not fit, of a size that both edges may change: they move apart when the
+// First of the old size; if that does not fit, of a size that both edges may change: they move apart when the
 // bright side is clipped or the target grows.
 EdgeFitResult RectangleLocator::fit_near(const ImageView& image, Point at, Candidate& out) {
     EdgeFitResult fit = measure(image, at, prior_);
