@@ -23,7 +23,7 @@ std::vector<nlohmann::json> answers(const std::string& commands, Outcome* outcom
 
 TEST(ShakerMockTest, PrintsRigFileAnswersCountsLeavesNothing) {
     Outcome o;
-    const auto all = answers("counts\ndrift 1 0 1\n\nquit\n", &o);
+    const auto all = answers("counts\ndrift 1 0 1 20\n\nquit\n", &o);
     EXPECT_EQ(o.status, 0) << o.err;
     ASSERT_EQ(all.size(), 3U) << o.out;
     const std::filesystem::path rig = all[0].at("rig").get<std::string>();
