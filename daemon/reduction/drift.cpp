@@ -118,10 +118,6 @@ ScatterPrior scatter_within(std::span<const Residual> residuals, double start_s,
     return out;
 }
 
-/// A walker whose mu scatters by 0.3 % from period to period: d D / d ln mu is about 2.7 times the amplitude
-/// of its motion at the drive frequency.
-double usual_jitter(const calibration::HarmonicFit& motion) { return 0.003 * 2.7 * std::abs(motion.at(1)); }
-
 void note_memory(const DriftSpread& spread, std::vector<std::string>& notes) {
     if (spread.independent >= 4) return;
     std::array<char, 256> text{};
@@ -197,7 +193,7 @@ Drift measure_drift(std::span<const MotionSeries> walkers, double frequency_hz, 
                         "times that of the fit");
     } else {
         ScatterPrior prior = scatter_within(out.residuals, start_s, frequency_hz, 2 * order - 3);
-        prior.jitter_m = usual_jitter(out.motion.fit);
+        prior.jitter_m = usual_jitter * response_to_friction * std::abs(out.motion.fit.at(1));
         out.spread = drift_spread(means, prior);
         sigma = out.spread.sigma_m * frequency_hz;
         note_memory(out.spread, notes);

@@ -122,20 +122,18 @@ double sigma_of(const WalkerRecord& record, const Weights& likelihoods, const We
 
 }  // namespace
 
-std::vector<CommonSigma> common_sigmas(std::span<const WalkerRecord> records) {
-    Weights all(cells, 0.0), prior;
-    for (const Shape& s : shapes()) prior.push_back(s.prior);
+std::vector<double> common_sigmas(std::span<const WalkerRecord> records) {
+    Weights all(cells, 0.0);
     for (const WalkerRecord& record : records) {
         const Weights evidence = evidence_of(likelihoods_of(record));
         for (std::size_t i = 0; i < cells; ++i) all[i] += evidence[i];
     }
-    std::vector<CommonSigma> out;
+    std::vector<double> out;
     for (const WalkerRecord& record : records) {
         const Weights likelihoods = likelihoods_of(record);
         Weights others = evidence_of(likelihoods);
         for (std::size_t i = 0; i < cells; ++i) others[i] = all[i] - others[i];
-        out.push_back(
-            {sigma_of(record, likelihoods, prior), sigma_of(record, likelihoods, expected_of(others))});
+        out.push_back(sigma_of(record, likelihoods, expected_of(others)));
     }
     return out;
 }

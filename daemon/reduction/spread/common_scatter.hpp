@@ -14,10 +14,7 @@ struct WalkerRecord {
     double response_m = 0;          // change of D for a relative change of the friction by 1
 };
 
-struct CommonSigma {
-    double own_m = 0, common_m = 0;  // by the record alone, and with the others; as DriftSpread::sigma_m
-};
-
+/// Standard error of the drift of each record, m per period, as DriftSpread::sigma_m.
 /// Model: drift_likelihood.hpp, with the same three numbers for all records: error of a mean over white_m,
 /// jitter over response_m, memory. A record averages over its own three, weighted by its likelihood, by what
 /// the likelihoods of the others say, and by a prior: a few periods alone show neither slight jitter nor
@@ -29,6 +26,6 @@ struct CommonSigma {
 /// - jitter: none, with weight 2.5; else any magnitude from 1e-4 to 0.6 of response_m, with weight 1 for each
 ///   factor of e, and 0.5 below 0.003
 /// - memory r: none, with weight 0.6; else any (1 + r)/(1 - r) up to 200
-std::vector<CommonSigma> common_sigmas(std::span<const WalkerRecord> records);
+std::vector<double> common_sigmas(std::span<const WalkerRecord> records);
 
 }  // namespace shaker::reduction

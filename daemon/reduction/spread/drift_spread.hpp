@@ -18,6 +18,12 @@ struct ScatterPrior {
     double jitter_m = 0;  // usual least jitter of D, if there is any
 };
 
+/// Change of D for a relative change of the friction by 1, over the amplitude of the walker's motion at the
+/// drive frequency.
+inline constexpr double response_to_friction = 2.7;
+/// Usual least jitter of the friction, if there is any.
+inline constexpr double usual_jitter = 0.003;
+
 /// D approaches a settled value.
 struct Settling {
     calibration::Estimate drift_m;  // settled D minus that of the straight line; +-2 sigma covers 95 %

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <random>
 
+#include "daemon/reduction/spread/drift_spread.hpp"
 #include "tests/support/nightly.hpp"
 
 namespace shaker::reduction {
@@ -61,9 +62,10 @@ Covered covered(const CommonRow& row, int periods, int count, int campaigns, uns
         const auto sigmas = common_sigmas(records);
         for (std::size_t i = 0; i < some.size(); ++i) {
             const double error = std::abs(some[i].slope_m);
-            out.own += error < 2 * sigmas[i].own_m ? 1 / all : 0;
-            out.common += error < 2 * sigmas[i].common_m ? 1 / all : 0;
-            out.z_rms += std::pow(error / sigmas[i].common_m, 2) / all;
+            const ScatterPrior alone{.white_m = error_m, .jitter_m = usual_jitter * response_m};
+            out.own += error < 2 * drift_spread(records[i].means, alone).sigma_m ? 1 / all : 0;
+            out.common += error < 2 * sigmas[i] ? 1 / all : 0;
+            out.z_rms += std::pow(error / sigmas[i], 2) / all;
         }
     }
     out.z_rms = std::sqrt(out.z_rms);
